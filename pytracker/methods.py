@@ -1,0 +1,151 @@
+"""What the user chooses: how a recording is tracked. Frozen, validated, every parameter with its unit.
+
+Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstraint`, `Joint`. A method differs
+from another in its list of layers (particles) or of corrections (Gaussian), and in nothing else.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from pytracker._core import InputError
+
+__all__ = ["METHODS", "ArmMethod", "Ekf", "Inertial", "Joint", "Layered", "LayeredFromConstraint", "Plain"]
+
+Layers = tuple[tuple[str, tuple[str, ...]], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmMethod:
+    """What every arm method assumes about motion and measurement. Raises `InputError` when out of range.
+
+    Attributes:
+        accel_density: process noise of eq. (6), m/s/√s; a sample over T has sigma_f = accel_density / T^1.5.
+        gap_density: the same where the IMU has said nothing for `hold_s`, m/s/√s.
+        hold_s: how long an IMU sample holds, s.
+        position_start_sd_m: wrist at the first frame, m per axis.
+        velocity_start_sd: velocity at the first frame, m/s per axis.
+        walk_density: random walk of eq. (17), m/√s; the paper's 1 cm at 25 frames/s is 0.05.
+        pixel_sd: patch centre, px per axis (paper: 4).
+        outlier_fraction: share of sightings that are something else, anywhere in the image; the paper has 0.
+        arm_length_sd_m: upper-arm length, m (paper: 0.01).
+        bias: whether the acceleration bias (world frame) is estimated.
+        bias_start_sd: bias at the start, m/s² per axis.
+        bias_density: its random walk, m/s²/√s.
+        offset: whether the patch's offset from the joint (sensor frame) is estimated, beyond the one given.
+        offset_start_sd_m: offset at the start, m per axis.
+        offset_density: its random walk, m/√s.
+    """
+
+    accel_density: float = 0.1
+    gap_density: float = 1.0
+    hold_s: float = 0.1
+    position_start_sd_m: float = 0.02
+    velocity_start_sd: float = 0.02
+    walk_density: float = 0.05
+    pixel_sd: float = 4.0
+    outlier_fraction: float = 0.0
+    arm_length_sd_m: float = 0.01
+    bias: bool = False
+    bias_start_sd: float = 0.15
+    bias_density: float = 0.01
+    offset: bool = False
+    offset_start_sd_m: float = 0.015
+    offset_density: float = 0.002
+
+    kind: ClassVar[str] = "arm"
+
+    def __post_init__(self) -> None:
+        """Check that every number is one; ranges are checked where they are used, once."""
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if isinstance(field.default, bool):
+                ok = isinstance(value, bool)
+            elif isinstance(field.default, int | float):
+                ok = isinstance(value, int | float) and not isinstance(value, bool)
+            else:
+                ok = True
+            if not ok:
+                expected = "true or false" if isinstance(field.default, bool) else "a number"
+                raise InputError(f"{type(self).__name__}.{field.name} is {value!r}, expected {expected}")
+
+    @property
+    def name(self) -> str:
+        """The name that the command line knows it by."""
+        return type(self).__name__.lower()
+
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter by name."""
+        return dataclasses.asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Particles(ArmMethod):
+    """What every particle method has besides.
+
+    Attributes:
+        particles: how many, at least 1 (paper: 500).
+        resampling: `residual` (the paper), `systematic`, `stratified` or `multinomial`.
+        ess_threshold: resample when ESS falls to this share of the particles; 1 is always (the paper).
+        layers: (what moves, what weighs), applied in order; `inertial` or `walk`, `colour` and `arm_length`.
+    """
+
+    particles: int = 500
+    resampling: str = "residual"
+    ess_threshold: float = 1.0
+    layers: Layers = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plain(_Particles):
+    """The particle filter without the arm (Tao & Hu III-C)."""
+
+    layers: Layers = (("inertial", ("colour",)),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Layered(_Particles):
+    """Layered sampling (Tao & Hu III-E, the seven steps): colour first, then the arm's length."""
+
+    layers: Layers = (("inertial", ("colour",)), ("walk", ("arm_length",)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LayeredFromConstraint(_Particles):
+    """The same cycle as IV-B tells it: the arm's length at the last frame first, then colour."""
+
+    layers: Layers = (("walk", ("arm_length",)), ("inertial", ("colour",)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint(_Particles):
+    """Colour and the arm's length weighed together, in one layer."""
+
+    layers: Layers = (("inertial", ("colour", "arm_length")),)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ekf(ArmMethod):
+    """Extended Kalman filter.
+
+    Attributes:
+        corrections: applied in order: `colour`; `arm_length`, the constraint as a pseudo-measurement;
+            `arm_projection`, the mean moved to the arm's length afterwards (the authors' earlier method).
+    """
+
+    corrections: tuple[str, ...] = ("colour",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inertial(ArmMethod):
+    """The IMU integrated twice from the start; nothing corrects it."""
+
+    corrections: tuple[str, ...] = ()
+
+
+METHODS: dict[str, type[ArmMethod]] = {
+    cls.__name__.lower(): cls for cls in (Inertial, Ekf, Plain, Layered, LayeredFromConstraint, Joint)
+}
+"""Arm methods by the name that the command line knows them by."""

@@ -1,0 +1,161 @@
+"""A recording: what a folder on disk holds, in SI units and world coordinates, validated.
+
+`load` reads `recording.toml` and the files it names. Everything is converted here, once: times to recording
+time, sensor frames to segment frames, millimetres to metres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Arm", "Camera", "Imu", "Recording", "Truth", "View", "load"]
+
+Array = NDArray[np.float64]
+Triple = tuple[float, float, float]
+Matrix = tuple[Triple, Triple, Triple]
+
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Arm:
+    """The subject's arm.
+
+    Attributes:
+        shoulder_m: shoulder joint, world, m.
+        upper_arm_m: shoulder to elbow, m.
+        forearm_m: elbow to wrist, m.
+        wrist_start_m: wrist joint at the first frame, world, m.
+        side: `right` or `left`.
+    """
+
+    shoulder_m: Triple
+    upper_arm_m: float
+    forearm_m: float
+    wrist_start_m: Triple
+    side: str = "right"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A calibrated pinhole camera (OpenCV: x right, y down, z forward).
+
+    Attributes:
+        matrix: intrinsics, px.
+        rotation: world to camera.
+        translation_m: world to camera, m.
+        distortion: k1 k2 p1 p2 k3.
+        patch_offset_m: centre of the patch that it follows, in the segment's frame, m from the wrist.
+    """
+
+    matrix: Matrix
+    rotation: Matrix = IDENTITY
+    translation_m: Triple = (0.0, 0.0, 0.0)
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    patch_offset_m: Triple = (0.0, 0.0, 0.0)
+
+    def project(self, points: Array) -> Array:
+        """Pixels `(T, 2)` of world points `(T, 3)`; NaN behind the camera."""
+        p = points @ np.array(self.rotation).T + np.array(self.translation_m)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = p[:, 0] / p[:, 2], p[:, 1] / p[:, 2]
+        k1, k2, p1, p2, k3 = self.distortion
+        r2 = x * x + y * y
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+        yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        homogeneous = np.stack([xd, yd, np.ones_like(xd)], axis=1) @ np.array(self.matrix).T
+        homogeneous[p[:, 2] <= 0] = np.nan
+        return np.ascontiguousarray(homogeneous[:, :2])
+
+    @property
+    def position_m(self) -> Array:
+        """Where the camera stands, world, m `(3,)`."""
+        return np.asarray(-np.array(self.rotation).T @ np.array(self.translation_m))
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A camera and its video.
+
+    Attributes:
+        camera: the calibrated camera.
+        video: the file; None where sightings come from elsewhere.
+        start_s: recording time of the first frame, s.
+        patch_box: x, y, width, height of the patch in the first frame, px.
+    """
+
+    camera: Camera
+    video: Path | None = None
+    start_s: float = 0.0
+    patch_box: tuple[int, int, int, int] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Imu:
+    """A wrist IMU, in recording time and in the frame of its segment (+y from wrist to elbow).
+
+    Attributes:
+        time_s: `(M,)`, increasing.
+        acc: specific force, m/s² `(M, 3)`.
+        q_world_sensor: orientation, w first `(M, 4)`.
+        gyr: turn rate, rad/s `(M, 3)`, where there is a gyroscope.
+        segment: which segment wears it.
+    """
+
+    time_s: Array
+    acc: Array
+    q_world_sensor: Array
+    gyr: Array | None = None
+    segment: str = "right_forearm"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Truth:
+    """Measured joints.
+
+    Attributes:
+        time_s: recording time, `(T,)`.
+        joints_m: by joint, world, m `(T, 3)`; NaN where it was not seen.
+        gaps: how many rows of each joint were not seen.
+    """
+
+    time_s: Array
+    joints_m: dict[str, Array]
+    gaps: dict[str, int] = field(default_factory=dict)
+
+    def at(self, joint: str, time_s: Array) -> Array:
+        """Position of `joint` at `time_s` by linear interpolation `(T, 3)`; NaN beside a gap or outside."""
+        points = self.joints_m[joint]
+        return np.stack(
+            [np.interp(time_s, self.time_s, points[:, d], left=np.nan, right=np.nan) for d in range(3)], axis=1
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """Everything that a folder holds.
+
+    Attributes:
+        kind: `arm`.
+        views: cameras with their videos.
+        imus: inertial sensors.
+        arm: the subject's arm.
+        truth: measured joints, where there are any.
+        folder: where it was read from.
+        files: every file that was read.
+        warnings: what is odd but usable, in words.
+    """
+
+    kind: str
+    views: tuple[View, ...]
+    imus: tuple[Imu, ...]
+    arm: Arm
+    truth: Truth | None = None
+    folder: Path | None = None
+    files: tuple[Path, ...] = ()
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,270 @@
+"""Simulated arm recordings: what a subject at a table does, and what IMU and cameras say of it.
+
+The wrist follows a pattern on the table; the elbow swings towards a fixed direction; the sensor sits on the
+forearm with +y from wrist to elbow. The world is x right, y away from the subject, z up, table at z = 0.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View
+from pytracker.rotation import axes_to_quaternion, conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.simulate.patterns import PATTERNS
+
+__all__ = ["ArmScene", "ArmSimulation"]
+
+GRAVITY = np.array([0.0, 0.0, 9.80665])
+IMAGE_SIZE = (640, 480)
+FOCAL_PX = 700.0
+CAMERA_DISTANCE_M = 2.0
+CAMERA_ELEVATION_DEG = 30.0
+TRUTH_RATE_HZ = 100.0
+DIFFERENCE_S = 2e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmScene:
+    """What is simulated. Raises `InputError` when out of range.
+
+    Attributes:
+        pattern: `circle`, `rectangle` or `reach`.
+        duration_s: length, s.
+        period_s: one turn of the pattern, s.
+        centre_m: centre of the pattern, world, m.
+        radius_m: radius of the circle; half the width of the rectangle; reach of the targets, m.
+        shoulder_m: shoulder joint, world, m.
+        upper_arm_m: shoulder to elbow, m.
+        forearm_m: elbow to wrist, m.
+        elbow_swing: direction towards which the elbow hangs.
+        cameras: how many; further ones stand turned by 90° about the vertical.
+        frame_rate_hz: camera rate, Hz.
+        imu_rate_hz: IMU rate, Hz.
+        acc_noise: accelerometer noise, m/s² per sample and axis.
+        acc_bias: length of the accelerometer's constant bias, in a random direction, m/s².
+        gyr_noise: gyroscope noise, rad/s per sample and axis.
+        gyr_bias: length of the gyroscope's constant bias, rad/s.
+        orientation_error_deg: RMS angle of the orientation's error, half of it constant, half slow.
+        shoulder_motion_m: RMS motion of the shoulder, m.
+        patch_offset_m: patch centre in the sensor frame, m from the wrist.
+        occlusions: (from, to) in s, when something hides the patch.
+        distractor: whether something of the patch's colour moves in the background.
+        dropped_imu: share of IMU samples that are missing.
+        dropped_frames: share of frames that are missing (the video has a variable rate then).
+        clutter_noise: standard deviation of the image noise, grey levels.
+    """
+
+    pattern: str = "circle"
+    duration_s: float = 20.0
+    period_s: float = 4.0
+    centre_m: Triple = (0.05, 0.30, 0.0)
+    radius_m: float = 0.15
+    shoulder_m: Triple = (0.10, 0.0, 0.25)
+    upper_arm_m: float = 0.30
+    forearm_m: float = 0.25
+    elbow_swing: Triple = (1.0, 0.0, -0.2)
+    cameras: int = 1
+    frame_rate_hz: float = 25.0
+    imu_rate_hz: float = 100.0
+    acc_noise: float = 0.03
+    acc_bias: float = 0.1
+    gyr_noise: float = 0.01
+    gyr_bias: float = 0.005
+    orientation_error_deg: float = 1.0
+    shoulder_motion_m: float = 0.0
+    patch_offset_m: Triple = (0.0, 0.0, 0.0)
+    occlusions: tuple[tuple[float, float], ...] = ()
+    distractor: bool = False
+    dropped_imu: float = 0.0
+    dropped_frames: float = 0.0
+    clutter_noise: float = 4.0
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        if self.pattern not in PATTERNS:
+            raise InputError(f"pattern is {self.pattern!r}, expected one of: {', '.join(PATTERNS)}")
+        for name in ("duration_s", "period_s", "radius_m", "upper_arm_m", "forearm_m", "frame_rate_hz", "imu_rate_hz"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name} is {getattr(self, name)}, expected a positive number")
+        for name in ("dropped_imu", "dropped_frames"):
+            if not 0 <= getattr(self, name) < 1:
+                raise InputError(f"{name} is {getattr(self, name)}, expected a share from 0 to below 1")
+        if not 1 <= self.cameras <= 4:
+            raise InputError(f"cameras is {self.cameras}, expected 1 to 4")
+
+
+class ArmSimulation:
+    """A scene played once, with the noise of one seed; every property is drawn from a stream of its own."""
+
+    def __init__(self, scene: ArmScene | None = None, seed: int = 0) -> None:
+        self.scene = scene or ArmScene()
+        self.seed = seed
+        reach = np.linalg.norm(self.wrist(self.frame_time_s) - self.shoulder(self.frame_time_s), axis=1)
+        longest = self.scene.upper_arm_m + self.scene.forearm_m
+        if reach.max() >= longest:
+            raise InputError(f"the pattern is {reach.max():.3f} m from the shoulder, expected less than {longest:.3f} m")
+
+    def _rng(self, what: str) -> np.random.Generator:
+        return np.random.default_rng([self.seed, *what.encode()])
+
+    def wrist(self, time_s: Array) -> Array:
+        """Wrist joint at `time_s`, world, m `(T, 3)`."""
+        s = self.scene
+        return np.asarray(s.centre_m) + s.radius_m * PATTERNS[s.pattern](time_s, s.period_s)
+
+    def shoulder(self, time_s: Array) -> Array:
+        """Shoulder joint at `time_s`, world, m `(T, 3)`."""
+        return np.asarray(self.scene.shoulder_m) + self.scene.shoulder_motion_m * _slow(time_s, self._rng("shoulder"))
+
+    def elbow(self, time_s: Array) -> Array:
+        """Elbow joint: where the two arm spheres meet, swung towards `elbow_swing`, world, m `(T, 3)`."""
+        s = self.scene
+        shoulder, wrist = self.shoulder(time_s), self.wrist(time_s)
+        between = wrist - shoulder
+        distance = np.linalg.norm(between, axis=1, keepdims=True)
+        along = between / distance
+        to_centre = (s.upper_arm_m**2 - s.forearm_m**2 + distance**2) / (2 * distance)
+        radius = np.sqrt(np.maximum(s.upper_arm_m**2 - to_centre**2, 0.0))
+        swing = np.asarray(s.elbow_swing) - along * (along @ np.asarray(s.elbow_swing))[:, None]
+        swing /= np.linalg.norm(swing, axis=1, keepdims=True)
+        return np.asarray(shoulder + along * to_centre + swing * radius)
+
+    def q_world_sensor(self, time_s: Array) -> Array:
+        """True orientation: +y from wrist to elbow, +z as far up as that allows, `(T, 4)`."""
+        y = (self.elbow(time_s) - self.wrist(time_s)) / self.scene.forearm_m
+        z = np.array([0.0, 0.0, 1.0]) - y * y[:, 2:]
+        z /= np.linalg.norm(z, axis=1, keepdims=True)
+        return axes_to_quaternion(np.cross(y, z), y, z)
+
+    @cached_property
+    def frame_time_s(self) -> Array:
+        """Times of the frames that were not dropped, `(T,)`."""
+        s = self.scene
+        time_s = np.arange(round(s.duration_s * s.frame_rate_hz)) / s.frame_rate_hz
+        return _keep(time_s, s.dropped_frames, self._rng("dropped frames"))
+
+    @cached_property
+    def arm(self) -> Arm:
+        """The arm, starting where the pattern starts."""
+        s = self.scene
+        start = self.wrist(np.zeros(1))[0]
+        return Arm(
+            shoulder_m=s.shoulder_m,
+            upper_arm_m=s.upper_arm_m,
+            forearm_m=s.forearm_m,
+            wrist_start_m=(float(start[0]), float(start[1]), float(start[2])),
+        )
+
+    @cached_property
+    def cameras(self) -> tuple[Camera, ...]:
+        """The first faces the subject; each further one stands a quarter turn on."""
+        return tuple(
+            look_at(self.scene.centre_m, 90.0 * k, CAMERA_ELEVATION_DEG, CAMERA_DISTANCE_M, self.scene.patch_offset_m)
+            for k in range(self.scene.cameras)
+        )
+
+    @cached_property
+    def imu(self) -> Imu:
+        """What the IMU says, with its noise, bias and orientation error."""
+        s = self.scene
+        time_s = np.arange(round(s.duration_s * s.imu_rate_hz) + 1) / s.imu_rate_hz
+        time_s = _keep(time_s, s.dropped_imu, self._rng("dropped imu"))
+        q = self.q_world_sensor(time_s)
+        h = DIFFERENCE_S
+        acceleration = (self.wrist(time_s + h) - 2 * self.wrist(time_s) + self.wrist(time_s - h)) / h**2
+        turned = multiply(conjugate(self.q_world_sensor(time_s - h)), self.q_world_sensor(time_s + h))
+        rate = turned[:, 1:] * np.sign(turned[:, :1]) / h
+        rng = self._rng("imu")
+        size = (len(time_s), 3)
+        acc = rotate(conjugate(q), acceleration + GRAVITY)
+        acc += s.acc_bias * _direction(rng) + s.acc_noise * rng.standard_normal(size)
+        gyr = rate + s.gyr_bias * _direction(rng) + s.gyr_noise * rng.standard_normal(size)
+        half = np.deg2rad(s.orientation_error_deg) / np.sqrt(2)
+        error = half * (_direction(rng) + _slow(time_s, rng))
+        return Imu(
+            time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr
+        )
+
+    def patch(self, time_s: Array) -> Array:
+        """Centre of the patch, world, m `(T, 3)`."""
+        offset = np.broadcast_to(np.asarray(self.scene.patch_offset_m, dtype=float), (len(time_s), 3))
+        return self.wrist(time_s) + rotate(self.q_world_sensor(time_s), offset)
+
+    def sightings(self, pixel_sd: float = 4.0) -> Array:
+        """Patch centres with Gaussian noise, no video between: `(T, C, 2)` px, NaN where occluded."""
+        patch = self.patch(self.frame_time_s)
+        pixels = np.stack([camera.project(patch) for camera in self.cameras], axis=1)
+        pixels += pixel_sd * self._rng("pixels").standard_normal(pixels.shape)
+        pixels[self.is_occluded(self.frame_time_s)] = np.nan
+        return pixels
+
+    def is_occluded(self, time_s: Array) -> np.ndarray:
+        """Whether something hides the patch, `(T,)`."""
+        hidden = np.zeros(len(time_s), dtype=bool)
+        for start, end in self.scene.occlusions:
+            hidden |= (time_s >= start) & (time_s < end)
+        return hidden
+
+    @cached_property
+    def truth(self) -> Truth:
+        """Where shoulder, elbow and wrist really were, at 100 Hz."""
+        time_s = np.arange(round(self.scene.duration_s * TRUTH_RATE_HZ) + 1) / TRUTH_RATE_HZ
+        joints = {"shoulder": self.shoulder(time_s), "elbow": self.elbow(time_s), "wrist": self.wrist(time_s)}
+        return Truth(time_s=time_s, joints_m=joints)
+
+    def recording(self) -> Recording:
+        """As a recording in memory, without video: to be tracked from `sightings`."""
+        views = tuple(View(camera=camera) for camera in self.cameras)
+        return Recording(kind="arm", views=views, imus=(self.imu,), arm=self.arm, truth=self.truth)
+
+    def with_scene(self, **changes: object) -> ArmSimulation:
+        """The same seed in a changed scene."""
+        return ArmSimulation(dataclasses.replace(self.scene, **changes), self.seed)  # type: ignore[arg-type]
+
+
+def look_at(
+    centre_m: Triple, azimuth_deg: float, elevation_deg: float, distance_m: float, patch_offset_m: Triple
+) -> Camera:
+    """A camera at `distance_m` from `centre_m`; azimuth 0 faces the subject, looking along -y."""
+    azimuth, elevation = np.deg2rad(azimuth_deg), np.deg2rad(elevation_deg)
+    away = np.array(
+        [-np.sin(azimuth) * np.cos(elevation), np.cos(azimuth) * np.cos(elevation), np.sin(elevation)]
+    )
+    forward = -away
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(forward, right), forward])
+    translation = -rotation @ (np.asarray(centre_m) + distance_m * away)
+    width, height = IMAGE_SIZE
+    return Camera(
+        matrix=((FOCAL_PX, 0.0, width / 2), (0.0, FOCAL_PX, height / 2), (0.0, 0.0, 1.0)),
+        rotation=tuple(map(tuple, rotation.tolist())),
+        translation_m=tuple(translation.tolist()),
+        patch_offset_m=patch_offset_m,
+    )
+
+
+def _keep(time_s: Array, dropped: float, rng: np.random.Generator) -> Array:
+    """`time_s` without a random share, first and last kept."""
+    keep = rng.random(len(time_s)) >= dropped
+    keep[[0, -1]] = True
+    return time_s[keep]
+
+
+def _direction(rng: np.random.Generator) -> Array:
+    """A random unit vector `(3,)`."""
+    v = rng.standard_normal(3)
+    return np.asarray(v / np.linalg.norm(v))
+
+
+def _slow(time_s: Array, rng: np.random.Generator) -> Array:
+    """A slow random vector of RMS length 1: two sines an axis with periods of 5 to 15 s, `(T, 3)`."""
+    period = rng.uniform(5.0, 15.0, (2, 3))
+    phase = rng.uniform(0.0, 2 * np.pi, (2, 3))
+    waves = np.sin(2 * np.pi * time_s[:, None, None] / period + phase).sum(axis=1)
+    return np.asarray(waves / np.sqrt(3.0))

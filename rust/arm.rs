@@ -1,0 +1,28 @@
+//! Arm tracking: a wrist IMU, a colour patch seen by a camera, and the length of the upper arm.
+//!
+//! Tao & Hu, "A Novel Sensing and Data Fusion System for 3-D Arm Motion Tracking in Telerehabilitation",
+//! IEEE Trans. Instrum. Meas. 57(5), 2008. Equation numbers here are theirs. The state is the wrist's position
+//! and velocity (eq. 3); the elbow follows from the sensor's orientation (eqs 1, 2).
+//!
+//! | file | paper |
+//! |---|---|
+//! | [`state`] | eq. (3), with optional columns for bias and patch offset |
+//! | [`motion`] | eqs (4)-(6), (8), (10): the motion of all IMU samples since the last frame, composed |
+//! | [`timeline`] | which sample holds when; the orientation at a frame |
+//! | [`colour`] | eqs (7), (9), (11): the patch |
+//! | [`length`] | eqs (15), (16): the upper arm's length |
+//! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
+//! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
+//! | [`tracker`] | the online tracker over all of them |
+
+pub mod colour;
+pub mod ekf;
+pub mod length;
+pub mod motion;
+pub mod particle;
+pub mod state;
+pub mod timeline;
+pub mod tracker;
+
+pub use state::{Arm, Estimate, Noise, Point};
+pub use tracker::{ArmTracker, Method, Sample};

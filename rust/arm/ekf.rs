@@ -1,0 +1,114 @@
+//! The baselines: a Gaussian over the same state, under the same motion.
+//!
+//! * no likelihoods: inertial only, the IMU integrated twice;
+//! * colour: the extended Kalman filter of the paper's comparison;
+//! * colour and arm length: the constraint as a pseudo-measurement;
+//! * colour and arm projection: the authors' earlier method (III-E, last paragraph), in which the EKF's result
+//!   is moved to the nearest point that the arm's length allows.
+
+use super::colour::Colour;
+use super::length::ArmLength;
+use super::motion::{InertialMotion, Motion};
+use super::particle::Frame;
+use super::state::{Arm, Estimate, Layout, Noise, POSITION};
+use crate::filter::Gaussian;
+use crate::quaternion::Quaternion;
+use crate::{Error, Result};
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+/// What corrects the Gaussian at a frame, in the order listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Correction {
+    /// The patch, linearised (eq. 7).
+    Colour,
+    /// The arm's length as a pseudo-measurement (eq. 15, linearised).
+    ArmLength,
+    /// The mean moved to the nearest point that the arm's length allows; the covariance stays.
+    ArmProjection,
+}
+
+impl Correction {
+    /// `colour`, `arm_length` or `arm_projection`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn from_name(name: &str) -> Result<Self> {
+        match name {
+            "colour" => Ok(Self::Colour),
+            "arm_length" => Ok(Self::ArmLength),
+            "arm_projection" => Ok(Self::ArmProjection),
+            _ => Err(Error::UnknownName {
+                what: "correction",
+                name: name.into(),
+                known: "colour, arm_length, arm_projection",
+            }),
+        }
+    }
+}
+
+/// An extended Kalman filter of the arm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ArmGaussian {
+    corrections: Vec<Correction>,
+    layout: Layout,
+    state: Gaussian,
+}
+
+impl ArmGaussian {
+    /// About the arm's start.
+    pub fn new(arm: &Arm, noise: &Noise, corrections: Vec<Correction>) -> Self {
+        let layout = Layout::new(noise);
+        let (mean, sd) = layout.start(arm, noise);
+        let covariance = DMatrix::from_diagonal(&sd.component_mul(&sd));
+        Self { corrections, layout, state: Gaussian { mean, covariance } }
+    }
+
+    /// Predict to the frame and apply every correction.
+    ///
+    /// # Errors
+    /// [`Error::Singular`].
+    pub fn update(&mut self, arm: &Arm, noise: &Noise, frame: &Frame<'_>) -> Result<Estimate> {
+        let forearm = frame.world_sensor.rotate(arm.elbow_in_sensor());
+        self.predict(&frame.motion, noise);
+        let mut evidence = None;
+        for correction in &self.corrections {
+            let linear = match correction {
+                Correction::Colour => {
+                    Colour::new(frame.sightings.clone(), frame.world_sensor.to_matrix(), self.layout, noise)
+                        .linearise(&self.state.mean)
+                }
+                Correction::ArmLength => ArmLength::new(arm, forearm, noise).linearise(&self.state.mean),
+                Correction::ArmProjection => {
+                    let wrist = self.state.mean.fixed_rows::<3>(POSITION).into();
+                    let nearest = ArmLength::new(arm, forearm, noise).project(wrist);
+                    self.state.mean.fixed_rows_mut::<3>(POSITION).copy_from(&nearest);
+                    None
+                }
+            };
+            if let Some((residual, jacobian, spread)) = linear {
+                *evidence.get_or_insert(0.0) += self.state.correct(frame.time_s, &residual, &jacobian, &spread)?;
+            }
+        }
+        Ok(Estimate::from_gaussian(frame.time_s, &self.state, forearm, evidence))
+    }
+
+    /// The estimate after `motion`.
+    pub fn estimate(
+        &self,
+        arm: &Arm,
+        noise: &Noise,
+        time_s: f64,
+        motion: &Motion,
+        world_sensor: Quaternion,
+    ) -> Estimate {
+        let mut ahead = self.clone();
+        ahead.predict(motion, noise);
+        Estimate::from_gaussian(time_s, &ahead.state, world_sensor.rotate(arm.elbow_in_sensor()), None)
+    }
+
+    fn predict(&mut self, motion: &Motion, noise: &Noise) {
+        let (transition, input, spread) = InertialMotion::new(motion.clone(), self.layout, noise).matrices();
+        self.state.predict(&transition, &input, &spread);
+    }
+}

@@ -1,0 +1,198 @@
+//! The arm's particle methods: lists of layers over the inertial motion, the random walk and the two cues.
+//!
+//! | method | layers |
+//! |---|---|
+//! | plain PF (III-C) | [inertial, colour] |
+//! | layered (III-E, the paper's seven steps) | [inertial, colour] [walk, arm length] |
+//! | the same cycle as IV-B tells it | [walk, arm length at the last frame] [inertial, colour] |
+//! | joint | [inertial, colour and arm length] |
+
+use super::colour::{Colour, Sighting};
+use super::length::ArmLength;
+use super::motion::{InertialMotion, Motion, RandomWalk};
+use super::state::{Arm, Estimate, Layout, Noise};
+use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
+use crate::particles::ParticleSet;
+use crate::quaternion::Quaternion;
+use crate::rng::Streams;
+use crate::{Error, Result};
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+
+/// What moves the particles of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Mover {
+    /// Eqs (6), (12).
+    Inertial,
+    /// Eq. (17).
+    Walk,
+}
+
+/// What weighs them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Cue {
+    /// Eq. (14).
+    Colour,
+    /// Eq. (16).
+    ArmLength,
+}
+
+/// One layer by name.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ArmLayer {
+    /// What moves.
+    pub mover: Mover,
+    /// What weighs, together.
+    pub cues: Vec<Cue>,
+}
+
+impl Mover {
+    /// `inertial` or `walk`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn from_name(name: &str) -> Result<Self> {
+        match name {
+            "inertial" => Ok(Self::Inertial),
+            "walk" => Ok(Self::Walk),
+            _ => Err(Error::UnknownName { what: "motion", name: name.into(), known: "inertial, walk" }),
+        }
+    }
+}
+
+impl Cue {
+    /// `colour` or `arm_length`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn from_name(name: &str) -> Result<Self> {
+        match name {
+            "colour" => Ok(Self::Colour),
+            "arm_length" => Ok(Self::ArmLength),
+            _ => Err(Error::UnknownName { what: "likelihood", name: name.into(), known: "colour, arm_length" }),
+        }
+    }
+}
+
+/// What a frame brings to any method.
+#[derive(Debug, Clone)]
+pub struct Frame<'a> {
+    /// Recording time, s.
+    pub time_s: f64,
+    /// Composed motion since the last frame.
+    pub motion: Motion,
+    /// Orientation at the last frame.
+    pub last_world_sensor: Quaternion,
+    /// Orientation now.
+    pub world_sensor: Quaternion,
+    /// Where the patch was seen, if it was.
+    pub sightings: Vec<Sighting<'a>>,
+}
+
+/// A layered particle filter of the arm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ArmParticles {
+    layers: Vec<ArmLayer>,
+    layout: Layout,
+    filter: LayeredFilter,
+}
+
+impl ArmParticles {
+    /// `len` particles about the arm's start.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for no particles; [`Error::Size`] for no layers or not exactly one inertial layer.
+    pub fn new(
+        arm: &Arm,
+        noise: &Noise,
+        layers: Vec<ArmLayer>,
+        len: usize,
+        resampling: Resampling,
+        seed: u64,
+    ) -> Result<Self> {
+        let inertial = layers.iter().filter(|layer| layer.mover == Mover::Inertial).count();
+        if inertial != 1 {
+            return Err(Error::Size { name: "layers", got: inertial, unit: "inertial motions", expected: 1 });
+        }
+        let layout = Layout::new(noise);
+        let (mean, sd) = layout.start(arm, noise);
+        let mut particles = ParticleSet::new(len, layout.dim)?;
+        // The start draws from a step of its own, before step 0.
+        let streams = Streams::new(seed, u64::MAX, 0);
+        particles.for_each_block(|b, mut block| {
+            let mut rng = streams.block(b);
+            for d in 0..layout.dim {
+                for x in block.column_mut(d) {
+                    let z: f64 = rng.sample(StandardNormal);
+                    *x = mean[d] + sd[d] * z;
+                }
+            }
+        });
+        Ok(Self { layers, layout, filter: LayeredFilter::new(particles, resampling, seed) })
+    }
+
+    /// The set as it stands.
+    pub fn particles(&self) -> &ParticleSet {
+        self.filter.particles()
+    }
+
+    /// One cycle: every layer in order.
+    ///
+    /// # Errors
+    /// [`Error::AllWeightsZero`].
+    pub fn update(
+        &mut self,
+        arm: &Arm,
+        noise: &Noise,
+        frame: &Frame<'_>,
+        recorder: Option<&mut dyn Recorder>,
+    ) -> Result<Estimate> {
+        let inertial = InertialMotion::new(frame.motion.clone(), self.layout, noise);
+        let walk = RandomWalk { sd: noise.walk_density * frame.motion.elapsed_s.sqrt() };
+        let colour = Colour::new(frame.sightings.clone(), frame.world_sensor.to_matrix(), self.layout, noise);
+        let forearm = |q: Quaternion| q.rotate(arm.elbow_in_sensor());
+        let length_before = ArmLength::new(arm, forearm(frame.last_world_sensor), noise);
+        let length_now = ArmLength::new(arm, forearm(frame.world_sensor), noise);
+        let mut moved = false;
+        let mut layers = Vec::with_capacity(self.layers.len());
+        for layer in &self.layers {
+            let transition: &dyn Transition = match layer.mover {
+                Mover::Inertial => &inertial,
+                Mover::Walk => &walk,
+            };
+            moved |= layer.mover == Mover::Inertial;
+            // A layer before the inertial motion still stands at the last frame, and is weighed by it.
+            let length: &dyn Likelihood = if moved { &length_now } else { &length_before };
+            let mut likelihoods: Vec<&dyn Likelihood> = Vec::with_capacity(layer.cues.len());
+            for cue in &layer.cues {
+                match cue {
+                    Cue::ArmLength => likelihoods.push(length),
+                    Cue::Colour if !frame.sightings.is_empty() => likelihoods.push(&colour),
+                    Cue::Colour => {}
+                }
+            }
+            layers.push(Layer { transition, likelihoods });
+        }
+        let forearm = forearm(frame.world_sensor);
+        self.filter.cycle(frame.time_s, &layers, recorder, |particles, evidence| {
+            Estimate::from_particles(frame.time_s, particles, forearm, evidence)
+        })
+    }
+
+    /// The estimate after `motion`, drawing nothing: moved by its mean, widened by its noise.
+    pub fn estimate(
+        &self,
+        arm: &Arm,
+        noise: &Noise,
+        time_s: f64,
+        motion: &Motion,
+        world_sensor: Quaternion,
+    ) -> Estimate {
+        let inertial = InertialMotion::new(motion.clone(), self.layout, noise);
+        let mut particles = self.particles().clone();
+        particles.for_each_block(|_, block| inertial.move_mean(block));
+        let (_, _, spread) = inertial.matrices();
+        Estimate::from_particles(time_s, &particles, world_sensor.rotate(arm.elbow_in_sensor()), None).widened(&spread)
+    }
+}

@@ -1,0 +1,274 @@
+//! The arm, the noise around it, the columns of the state, and what an estimate says.
+
+use crate::camera::Camera;
+use crate::filter::Gaussian;
+use crate::particles::{Interval, ParticleSet};
+use crate::{Error, Result, error::require};
+use nalgebra::{DMatrix, DVector, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// The 97.5 % quantile of the standard normal.
+const NORMAL_975: f64 = 1.959_963_984_540_054;
+
+/// The subject's arm and where it starts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Arm {
+    /// Shoulder, world, m; assumed still (paper II-A).
+    pub shoulder: Vector3<f64>,
+    /// `L1`, shoulder to elbow, m.
+    pub upper_arm_m: f64,
+    /// `L2`, elbow to wrist, m.
+    pub forearm_m: f64,
+    /// Wrist at the first frame, world, m.
+    pub wrist_start: Vector3<f64>,
+}
+
+impl Arm {
+    /// Check the lengths.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        let range = "a positive length in metres, at most 1";
+        require(self.upper_arm_m > 0.0 && self.upper_arm_m <= 1.0, "upper_arm_m", self.upper_arm_m, range)?;
+        require(self.forearm_m > 0.0 && self.forearm_m <= 1.0, "forearm_m", self.forearm_m, range)?;
+        for value in self.shoulder.iter().chain(&self.wrist_start) {
+            require(value.is_finite(), "shoulder_m or wrist_start_m", *value, "finite metres")?;
+        }
+        Ok(())
+    }
+
+    /// `P_e^B = (0, L2, 0)`, eq. (1): the sensor's +y points from wrist to elbow.
+    pub fn elbow_in_sensor(&self) -> Vector3<f64> {
+        Vector3::new(0.0, self.forearm_m, 0.0)
+    }
+}
+
+/// A quantity of the state that is unknown at first and then walks slowly.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Walk {
+    /// Standard deviation per axis at the start.
+    pub start_sd: f64,
+    /// Standard deviation per axis gained per √s.
+    pub density: f64,
+}
+
+/// How uncertain everything is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// Process noise of eq. (6) as a density, m/s/√s: a sample over `T` has `sigma_f = accel_density / T^1.5`.
+    pub accel_density: f64,
+    /// The same beyond `hold_s` after the last IMU sample, when nothing says how the arm accelerates.
+    pub gap_density: f64,
+    /// How long an IMU sample holds, s.
+    pub hold_s: f64,
+    /// Initial wrist, m per axis.
+    pub position_start_sd: f64,
+    /// Initial velocity, m/s per axis.
+    pub velocity_start_sd: f64,
+    /// Random walk of eq. (17), m/√s (the paper's 1 cm at 25 frames/s is 0.05).
+    pub walk_density: f64,
+    /// Colour patch, px per axis (paper: 4).
+    pub pixel_sd: f64,
+    /// Share of sightings that are something else, anywhere in the image; 0 is the paper.
+    pub outlier_fraction: f64,
+    /// Upper-arm length, m (paper: 0.01).
+    pub arm_length_sd: f64,
+    /// Acceleration bias in the world frame, m/s², where it is estimated.
+    pub bias: Option<Walk>,
+    /// Patch offset in the sensor frame, m, beyond the one given, where it is estimated.
+    pub offset: Option<Walk>,
+}
+
+impl Noise {
+    /// Check every range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] naming the first that is out of range.
+    pub fn check(&self) -> Result<()> {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let zero_or_more = |value: f64| value >= 0.0 && value.is_finite();
+        require(positive(self.accel_density), "accel_density", self.accel_density, "a positive number of m/s/√s")?;
+        require(positive(self.gap_density), "gap_density", self.gap_density, "a positive number of m/s/√s")?;
+        require(positive(self.hold_s), "hold_s", self.hold_s, "a positive number of seconds")?;
+        require(zero_or_more(self.position_start_sd), "position_start_sd_m", self.position_start_sd, "0 m or more")?;
+        require(zero_or_more(self.velocity_start_sd), "velocity_start_sd", self.velocity_start_sd, "0 m/s or more")?;
+        require(zero_or_more(self.walk_density), "walk_density", self.walk_density, "0 m/√s or more")?;
+        require(positive(self.pixel_sd), "pixel_sd", self.pixel_sd, "a positive number of pixels")?;
+        require(
+            (0.0..1.0).contains(&self.outlier_fraction),
+            "outlier_fraction",
+            self.outlier_fraction,
+            "0 to below 1",
+        )?;
+        require(positive(self.arm_length_sd), "arm_length_sd_m", self.arm_length_sd, "a positive length in metres")?;
+        for walk in self.bias.iter().chain(&self.offset) {
+            require(zero_or_more(walk.start_sd), "start_sd of bias or offset", walk.start_sd, "0 or more")?;
+            require(zero_or_more(walk.density), "density of bias or offset", walk.density, "0 or more")?;
+        }
+        Ok(())
+    }
+}
+
+/// A camera and where, in the sensor frame, the patch that it sees sits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// The camera.
+    pub camera: Camera,
+    /// Patch centre in the sensor frame, m; zero is the wrist joint itself (paper II-A).
+    pub patch_offset: Vector3<f64>,
+}
+
+/// Which columns the state has: position 0..3, velocity 3..6, then what is estimated beside them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layout {
+    /// First column of the acceleration bias.
+    pub bias: Option<usize>,
+    /// First column of the patch offset.
+    pub offset: Option<usize>,
+    /// Number of columns.
+    pub dim: usize,
+}
+
+/// First column of the position.
+pub const POSITION: usize = 0;
+/// First column of the velocity.
+pub const VELOCITY: usize = 3;
+
+impl Layout {
+    /// The columns that `noise` asks for.
+    pub fn new(noise: &Noise) -> Self {
+        let mut dim = 6;
+        let mut take = |wanted: bool| {
+            wanted.then(|| {
+                dim += 3;
+                dim - 3
+            })
+        };
+        let bias = take(noise.bias.is_some());
+        let offset = take(noise.offset.is_some());
+        Self { bias, offset, dim }
+    }
+
+    /// Mean `(D,)` and standard deviation `(D,)` of the state at the first frame.
+    pub fn start(self, arm: &Arm, noise: &Noise) -> (DVector<f64>, DVector<f64>) {
+        let mut mean = DVector::zeros(self.dim);
+        mean.fixed_rows_mut::<3>(POSITION).copy_from(&arm.wrist_start);
+        let mut sd = DVector::zeros(self.dim);
+        sd.rows_mut(POSITION, 3).fill(noise.position_start_sd);
+        sd.rows_mut(VELOCITY, 3).fill(noise.velocity_start_sd);
+        for (column, walk) in [(self.bias, noise.bias), (self.offset, noise.offset)] {
+            if let (Some(column), Some(walk)) = (column, walk) {
+                sd.rows_mut(column, 3).fill(walk.start_sd);
+            }
+        }
+        (mean, sd)
+    }
+}
+
+/// A joint: world, metres.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Weighted mean.
+    pub mean: Vector3<f64>,
+    /// Where the cloud is densest; differs from the mean when it has two branches (III-C names MAP).
+    pub mode: Vector3<f64>,
+    /// Standard deviation per axis.
+    pub sd: Vector3<f64>,
+    /// 2.5 % quantile per axis.
+    pub lo: Vector3<f64>,
+    /// 97.5 % quantile per axis.
+    pub hi: Vector3<f64>,
+}
+
+/// What a tracker knows at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// Recording time, s.
+    pub time_s: f64,
+    /// Mean of the whole state, `(D,)`: position, velocity, then bias and patch offset where estimated.
+    pub mean: DVector<f64>,
+    /// Covariance of the whole state, `(D, D)`.
+    pub covariance: DMatrix<f64>,
+    /// The wrist joint.
+    pub wrist: Point,
+    /// The elbow joint, eq. (2).
+    pub elbow: Point,
+    /// Effective sample size; none for a Gaussian method.
+    pub ess: Option<f64>,
+    /// Log evidence of this frame's observations; none where nothing was observed.
+    pub log_evidence: Option<f64>,
+}
+
+impl Estimate {
+    /// From particles; `forearm` is wrist to elbow in the world, m.
+    pub(super) fn from_particles(
+        time_s: f64,
+        particles: &ParticleSet,
+        forearm: Vector3<f64>,
+        log_evidence: Option<f64>,
+    ) -> Self {
+        let (mean, covariance) = particles.moments();
+        let bands: [Interval; 3] = std::array::from_fn(|d| particles.interval(POSITION + d));
+        let wrist = Point {
+            mean: mean.fixed_rows::<3>(POSITION).into(),
+            mode: particles.mode::<3>(),
+            sd: Vector3::from_fn(|d, _| covariance[(d, d)].max(0.0).sqrt()),
+            lo: Vector3::from_fn(|d, _| bands[d].lo),
+            hi: Vector3::from_fn(|d, _| bands[d].hi),
+        };
+        let ess = Some(particles.ess());
+        Self { time_s, mean, covariance, elbow: wrist.moved(forearm), wrist, ess, log_evidence }
+    }
+
+    /// From a Gaussian.
+    pub(super) fn from_gaussian(
+        time_s: f64,
+        state: &Gaussian,
+        forearm: Vector3<f64>,
+        log_evidence: Option<f64>,
+    ) -> Self {
+        let mean: Vector3<f64> = state.mean.fixed_rows::<3>(POSITION).into();
+        let sd = Vector3::from_fn(|d, _| state.covariance[(d, d)].max(0.0).sqrt());
+        let wrist = Point { mean, mode: mean, sd, lo: mean - NORMAL_975 * sd, hi: mean + NORMAL_975 * sd };
+        Self {
+            time_s,
+            mean: state.mean.clone(),
+            covariance: state.covariance.clone(),
+            elbow: wrist.moved(forearm),
+            wrist,
+            ess: None,
+            log_evidence,
+        }
+    }
+
+    /// Spread by noise that was not drawn: the covariance grows, and the bands as if all were Gaussian.
+    pub(super) fn widened(mut self, noise: &DMatrix<f64>) -> Self {
+        self.covariance += noise;
+        let widen = |point: &mut Point| {
+            for d in 0..3 {
+                let reach = NORMAL_975 * noise[(d, d)].max(0.0).sqrt();
+                point.sd[d] = self.covariance[(d, d)].max(0.0).sqrt();
+                point.lo[d] = point.mean[d] - (point.mean[d] - point.lo[d]).hypot(reach);
+                point.hi[d] = point.mean[d] + (point.hi[d] - point.mean[d]).hypot(reach);
+            }
+        };
+        widen(&mut self.wrist);
+        widen(&mut self.elbow);
+        self
+    }
+}
+
+impl Point {
+    fn moved(&self, by: Vector3<f64>) -> Self {
+        Self { mean: self.mean + by, mode: self.mode + by, sd: self.sd, lo: self.lo + by, hi: self.hi + by }
+    }
+}
+
+/// Check a pixel or an acceleration.
+pub(super) fn require_finite(name: &'static str, time_s: f64, values: &[f64]) -> Result<()> {
+    match values.iter().find(|x| !x.is_finite()) {
+        Some(value) => Err(Error::NotFinite { name, time_s, value: *value }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,130 @@
+//! Which IMU sample holds when, and what has piled up since the last frame.
+//!
+//! A sample holds from its own time on; a frame splits the interval. Beyond `hold_s` after the last sample
+//! nothing says how the arm accelerates: it is taken not to, with the larger noise `gap_density`.
+
+use super::motion::Motion;
+use super::state::{Noise, require_finite};
+use super::tracker::Sample;
+use crate::quaternion::Quaternion;
+use crate::{Error, Result};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Standard gravity, m/s².
+pub const GRAVITY: f64 = 9.806_65;
+
+/// How far from 1 the norm of an orientation may be before it is refused.
+const NORM_TOLERANCE: f64 = 0.02;
+
+/// The IMU's side of the tracker.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Timeline {
+    now_s: f64,
+    held: Option<Held>,
+    pending: Motion,
+}
+
+/// The sample that holds.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+struct Held {
+    time_s: f64,
+    acceleration: Vector3<f64>,
+    world_sensor: Quaternion,
+    turn_rate: Option<Vector3<f64>>,
+}
+
+impl Timeline {
+    /// Before the first sample.
+    pub fn new() -> Self {
+        Self { now_s: f64::NEG_INFINITY, held: None, pending: Motion::none() }
+    }
+
+    /// The time reached, s.
+    pub fn now_s(&self) -> f64 {
+        self.now_s
+    }
+
+    /// Let `sample` hold from its time on.
+    ///
+    /// # Errors
+    /// [`Error::Late`], [`Error::NotFinite`], [`Error::QuaternionNorm`]; the timeline is then as before.
+    pub fn take(&mut self, sample: &Sample, noise: &Noise) -> Result<()> {
+        let time_s = sample.time_s;
+        require_finite("IMU time", time_s, &[time_s])?;
+        require_finite("acceleration", time_s, sample.acceleration.as_slice())?;
+        require_finite("orientation", time_s, &sample.world_sensor.wxyz())?;
+        if let Some(rate) = sample.turn_rate {
+            require_finite("turn rate", time_s, rate.as_slice())?;
+        }
+        let norm = sample.world_sensor.norm();
+        if (norm - 1.0).abs() > NORM_TOLERANCE {
+            return Err(Error::QuaternionNorm { time_s, norm, tolerance: NORM_TOLERANCE });
+        }
+        if self.held.is_some_and(|held| time_s <= held.time_s) || time_s < self.now_s {
+            let latest_s = self.held.map_or(self.now_s, |held| held.time_s.max(self.now_s));
+            return Err(Error::Late { what: "IMU sample", time_s, latest_s });
+        }
+        self.advance(time_s, noise);
+        let world_sensor = sample.world_sensor.normalized();
+        // Eq. (4).
+        let acceleration = world_sensor.rotate(sample.acceleration) - Vector3::new(0.0, 0.0, GRAVITY);
+        self.held = Some(Held { time_s, acceleration, world_sensor, turn_rate: sample.turn_rate });
+        Ok(())
+    }
+
+    /// Reach a frame; its motion is what [`Timeline::pending`] then holds.
+    ///
+    /// # Errors
+    /// [`Error::NoInertialSample`] before the first sample, [`Error::Late`] for a frame that is not later than
+    /// what was reached.
+    pub fn reach_frame(&mut self, time_s: f64, noise: &Noise) -> Result<()> {
+        require_finite("frame time", time_s, &[time_s])?;
+        if self.held.is_none_or(|held| held.time_s > time_s) {
+            return Err(Error::NoInertialSample { time_s });
+        }
+        if time_s < self.now_s {
+            return Err(Error::Late { what: "frame", time_s, latest_s: self.now_s });
+        }
+        self.advance(time_s, noise);
+        Ok(())
+    }
+
+    /// Motion since the last frame.
+    pub fn pending(&self) -> &Motion {
+        &self.pending
+    }
+
+    /// Start a new interval: the pending motion has been used, or there is nothing yet that it could move.
+    pub fn clear_pending(&mut self) {
+        self.pending = Motion::none();
+    }
+
+    /// Orientation now: the held sample's, advanced by its turn rate where there is one.
+    pub fn world_sensor(&self) -> Quaternion {
+        let Some(held) = self.held else { return Quaternion::identity() };
+        match held.turn_rate {
+            None => held.world_sensor,
+            Some(rate) => held.world_sensor * Quaternion::from_rotation_vector(rate * (self.now_s - held.time_s)),
+        }
+    }
+
+    fn advance(&mut self, to_s: f64, noise: &Noise) {
+        if let Some(held) = self.held {
+            let holds_until = (held.time_s + noise.hold_s).clamp(self.now_s, to_s.max(self.now_s));
+            if holds_until > self.now_s {
+                self.pending.append(holds_until - self.now_s, held.acceleration, noise.accel_density, noise.bias);
+            }
+            if to_s > holds_until {
+                self.pending.append(to_s - holds_until, Vector3::zeros(), noise.gap_density, noise.bias);
+            }
+        }
+        self.now_s = to_s;
+    }
+}
+
+impl Default for Timeline {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,217 @@
+//! The online tracker: predict at every IMU sample, update at every camera frame.
+
+use super::colour::Sighting;
+use super::ekf::{ArmGaussian, Correction};
+use super::particle::{ArmLayer, ArmParticles, Frame};
+use super::state::{Arm, Estimate, Noise, View, require_finite};
+use super::timeline::Timeline;
+use crate::filter::{Recorder, Resampling};
+use crate::particles::ParticleSet;
+use crate::quaternion::Quaternion;
+use crate::{Error, Result};
+use nalgebra::{Vector2, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// One IMU sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Recording time, s.
+    pub time_s: f64,
+    /// Specific force in the sensor frame, m/s²; at rest, z up, `(0, 0, 9.81)`.
+    pub acceleration: Vector3<f64>,
+    /// Sensor to world.
+    pub world_sensor: Quaternion,
+    /// Turn rate in the sensor frame, rad/s, where there is a gyroscope.
+    pub turn_rate: Option<Vector3<f64>>,
+}
+
+/// How the arm is tracked.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Method {
+    /// A list of layers on a particle set.
+    Particles {
+        /// Applied in order at every frame.
+        layers: Vec<ArmLayer>,
+        /// How many particles.
+        len: usize,
+        /// After each layer.
+        resampling: Resampling,
+    },
+    /// A Gaussian and a list of corrections; none of them is inertial only.
+    Gaussian {
+        /// Applied in order at every frame.
+        corrections: Vec<Correction>,
+    },
+}
+
+/// Follows one arm. Clone or [`ArmTracker::save`] it to resume later with the same bits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ArmTracker {
+    arm: Arm,
+    noise: Noise,
+    views: Vec<View>,
+    timeline: Timeline,
+    filter: Filter,
+    last_world_sensor: Option<Quaternion>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Filter {
+    Particles(ArmParticles),
+    Gaussian(ArmGaussian),
+}
+
+impl ArmTracker {
+    /// Ready for its first sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] or [`Error::Size`] for what is out of range.
+    pub fn new(arm: Arm, views: Vec<View>, noise: Noise, method: Method, seed: u64) -> Result<Self> {
+        arm.check()?;
+        noise.check()?;
+        let filter = match method {
+            Method::Particles { layers, len, resampling } => {
+                Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
+            }
+            Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)),
+        };
+        Ok(Self { arm, noise, views, timeline: Timeline::new(), filter, last_world_sensor: None })
+    }
+
+    /// How many cameras.
+    pub fn cameras(&self) -> usize {
+        self.views.len()
+    }
+
+    /// The particles as they stand; none for a Gaussian method.
+    pub fn particles(&self) -> Option<&ParticleSet> {
+        match &self.filter {
+            Filter::Particles(filter) => Some(filter.particles()),
+            Filter::Gaussian(_) => None,
+        }
+    }
+
+    /// Take an IMU sample.
+    ///
+    /// # Errors
+    /// [`Error::Late`], [`Error::NotFinite`], [`Error::QuaternionNorm`]; the tracker is then as before.
+    pub fn predict(&mut self, sample: &Sample) -> Result<()> {
+        self.timeline.take(sample, &self.noise)
+    }
+
+    /// Take a camera frame: where each camera saw the patch, `None` where it did not.
+    ///
+    /// # Errors
+    /// [`Error::Size`] for another number of pixels than cameras, [`Error::NoInertialSample`], [`Error::Late`],
+    /// [`Error::NotFinite`], [`Error::AllWeightsZero`], [`Error::Singular`].
+    pub fn update(&mut self, time_s: f64, pixels: &[Option<Vector2<f64>>]) -> Result<Estimate> {
+        self.update_recorded(time_s, pixels, None)
+    }
+
+    /// The same, showing `recorder` every layer (particle methods only).
+    ///
+    /// # Errors
+    /// As [`ArmTracker::update`].
+    pub fn update_recorded(
+        &mut self,
+        time_s: f64,
+        pixels: &[Option<Vector2<f64>>],
+        recorder: Option<&mut dyn Recorder>,
+    ) -> Result<Estimate> {
+        if pixels.len() != self.views.len() {
+            return Err(Error::Size { name: "pixels", got: pixels.len(), unit: "cameras", expected: self.views.len() });
+        }
+        for pixel in pixels.iter().flatten() {
+            require_finite("pixel", time_s, pixel.as_slice())?;
+        }
+        self.timeline.reach_frame(time_s, &self.noise)?;
+        if self.last_world_sensor.is_none() {
+            // The start is the wrist at the first frame: what the IMU did before moves nothing.
+            self.timeline.clear_pending();
+        }
+        let world_sensor = self.timeline.world_sensor();
+        let frame = Frame {
+            time_s,
+            motion: self.timeline.pending().clone(),
+            last_world_sensor: self.last_world_sensor.unwrap_or(world_sensor),
+            world_sensor,
+            sightings: self
+                .views
+                .iter()
+                .zip(pixels)
+                .filter_map(|(view, pixel)| pixel.map(|pixel| Sighting { view, pixel }))
+                .collect(),
+        };
+        let estimate = match &mut self.filter {
+            Filter::Particles(filter) => filter.update(&self.arm, &self.noise, &frame, recorder),
+            Filter::Gaussian(filter) => filter.update(&self.arm, &self.noise, &frame),
+        }?;
+        self.last_world_sensor = Some(world_sensor);
+        self.timeline.clear_pending();
+        Ok(estimate)
+    }
+
+    /// What is known at `time_s`, between frames; draws nothing and changes nothing.
+    ///
+    /// # Errors
+    /// [`Error::NoInertialSample`], [`Error::Late`].
+    pub fn estimate(&self, time_s: f64) -> Result<Estimate> {
+        let mut timeline = self.timeline.clone();
+        timeline.reach_frame(time_s, &self.noise)?;
+        if self.last_world_sensor.is_none() {
+            timeline.clear_pending();
+        }
+        let (motion, world_sensor) = (timeline.pending(), timeline.world_sensor());
+        Ok(match &self.filter {
+            Filter::Particles(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
+            Filter::Gaussian(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
+        })
+    }
+
+    /// A stretch of a recording: samples and frames, each in order of time, merged; a sample at a frame's own
+    /// time counts for it. Samples after the last frame are left for the next stretch: returns the estimates
+    /// and how many samples were used. `first_frame` numbers the frames of messages.
+    ///
+    /// # Errors
+    /// [`Error::AtFrame`] around what [`ArmTracker::predict`] or [`ArmTracker::update`] said.
+    pub fn run(
+        &mut self,
+        samples: &[Sample],
+        frames: &[(f64, Vec<Option<Vector2<f64>>>)],
+        first_frame: usize,
+    ) -> Result<(Vec<Estimate>, usize)> {
+        let mut used = 0;
+        let mut estimates = Vec::with_capacity(frames.len());
+        for (index, (time_s, pixels)) in frames.iter().enumerate() {
+            let estimate = self.take_until(&samples[used..], *time_s).and_then(|taken| {
+                used += taken;
+                self.update(*time_s, pixels)
+            });
+            estimates.push(estimate.map_err(|e| Error::AtFrame { frame: first_frame + index, source: Box::new(e) })?);
+        }
+        Ok((estimates, used))
+    }
+
+    /// Take the samples up to `time_s`; how many those are.
+    fn take_until(&mut self, samples: &[Sample], time_s: f64) -> Result<usize> {
+        let due = samples.iter().take_while(|sample| sample.time_s <= time_s).count();
+        samples[..due].iter().try_for_each(|sample| self.predict(sample))?;
+        Ok(due)
+    }
+
+    /// The whole tracker as bytes, for [`ArmTracker::restore`] by the same version.
+    ///
+    /// # Errors
+    /// [`Error::SavedState`] when memory runs out.
+    pub fn save(&self) -> Result<Vec<u8>> {
+        postcard::to_stdvec(self).map_err(|e| Error::SavedState { reason: e.to_string() })
+    }
+
+    /// From [`ArmTracker::save`].
+    ///
+    /// # Errors
+    /// [`Error::SavedState`].
+    pub fn restore(bytes: &[u8]) -> Result<Self> {
+        postcard::from_bytes(bytes).map_err(|e| Error::SavedState { reason: e.to_string() })
+    }
+}

@@ -1,0 +1,131 @@
+//! Everything that can go wrong, one variant a cause, with the facts inside.
+
+/// An error of the tracking mathematics.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A parameter is outside its range.
+    #[error("{name} is {value}, expected {expected}")]
+    Parameter {
+        /// The parameter, as the caller names it.
+        name: &'static str,
+        /// What was given.
+        value: f64,
+        /// The permitted range in words.
+        expected: &'static str,
+    },
+    /// A name is not one of those known.
+    #[error("{what} '{name}' is not known, expected one of: {known}")]
+    UnknownName {
+        /// What kind of name.
+        what: &'static str,
+        /// What was given.
+        name: String,
+        /// The known names, comma-separated.
+        known: &'static str,
+    },
+    /// An array has the wrong size.
+    #[error("{name} has {got} {unit}, expected {expected}")]
+    Size {
+        /// The argument.
+        name: &'static str,
+        /// What was given.
+        got: usize,
+        /// What is counted: rows, columns, cameras.
+        unit: &'static str,
+        /// How many there should be.
+        expected: usize,
+    },
+    /// A matrix that should be a camera's intrinsics, rotation or distortion is not.
+    #[error("camera {part}: {reason}")]
+    Camera {
+        /// `matrix`, `rotation`, `translation_m` or `distortion`.
+        part: &'static str,
+        /// What is wrong, with the value and what was expected.
+        reason: String,
+    },
+    /// A value that must be finite is not.
+    #[error("{name} at {time_s} s is {value}, expected a finite number")]
+    NotFinite {
+        /// The quantity.
+        name: &'static str,
+        /// Recording time, s.
+        time_s: f64,
+        /// What was given.
+        value: f64,
+    },
+    /// A quaternion is not of unit length.
+    #[error("orientation at {time_s} s has norm {norm}, expected a unit quaternion (1 ± {tolerance})")]
+    QuaternionNorm {
+        /// Recording time, s.
+        time_s: f64,
+        /// Its norm.
+        norm: f64,
+        /// How far from 1 it may be.
+        tolerance: f64,
+    },
+    /// A sample or frame is older than what the filter has already seen.
+    #[error("{what} at {time_s} s comes after {latest_s} s was reached, expected a later time")]
+    Late {
+        /// `IMU sample` or `frame`.
+        what: &'static str,
+        /// Its time, s.
+        time_s: f64,
+        /// The time already reached, s.
+        latest_s: f64,
+    },
+    /// A frame came before any IMU sample.
+    #[error("frame at {time_s} s comes before the first IMU sample, expected at least one predict() first")]
+    NoInertialSample {
+        /// Its time, s.
+        time_s: f64,
+    },
+    /// No particle explains the observation: every weight is zero.
+    #[error(
+        "all {particles} particle weights are zero at {time_s} s (layer {layer}), expected at least one \
+         particle that the observation allows"
+    )]
+    AllWeightsZero {
+        /// Recording time, s.
+        time_s: f64,
+        /// The layer, from 0.
+        layer: usize,
+        /// How many particles.
+        particles: usize,
+    },
+    /// A matrix that must be invertible is not.
+    #[error("innovation covariance is singular at {time_s} s, expected a positive definite matrix")]
+    Singular {
+        /// Recording time, s.
+        time_s: f64,
+    },
+    /// Any of the others, at a known frame of a recording.
+    #[error("frame {frame}: {source}")]
+    AtFrame {
+        /// Its number, from 0.
+        frame: usize,
+        /// What went wrong there.
+        source: Box<Error>,
+    },
+    /// Saved state that cannot be read back.
+    #[error("saved tracker state cannot be read: {reason}")]
+    SavedState {
+        /// What the decoder said.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// Whether the filter lost the track, as opposed to having been given something that it cannot use.
+    pub fn is_loss_of_track(&self) -> bool {
+        match self {
+            Self::AtFrame { source, .. } => source.is_loss_of_track(),
+            Self::AllWeightsZero { .. } | Self::Singular { .. } => true,
+            _ => false,
+        }
+    }
+}
+
+/// Check that `value` satisfies `ok`, or name the parameter and the range.
+pub(crate) fn require(ok: bool, name: &'static str, value: f64, expected: &'static str) -> crate::Result<()> {
+    if ok { Ok(()) } else { Err(Error::Parameter { name, value, expected }) }
+}

@@ -1,0 +1,43 @@
+//! The engine: a layered particle filter. Everything that tracks here is a list of layers.
+//!
+//! A *layer* is a transition and the likelihoods that weigh its result; it is applied to the whole set at
+//! once, and after each layer the set may be resampled. Bootstrap filter: one layer. Tao & Hu's layered
+//! sampling (III-E): two. Annealing: several of the same, from flat to sharp. Nothing else differs.
+
+mod kalman;
+mod layered;
+mod recorder;
+
+pub use kalman::Gaussian;
+pub use layered::{LayeredFilter, Resampling};
+pub use recorder::{History, LayerRecord, Recorder};
+
+use crate::particles::{BlockMut, ParticleSet};
+use crate::rng::Stream;
+
+/// How the state moves: `p(x_k | x_{k-1})`.
+pub trait Transition: Sync {
+    /// Draw every particle of one block from the density, in place.
+    fn propagate(&self, block: BlockMut<'_>, rng: &mut Stream);
+
+    /// `ln p(to | from)`, of two states `(D,)`. Where the noise has less than full rank this is the density
+    /// within the directions that it reaches (the pseudo-inverse of Tao & Hu eq. 10).
+    fn log_density(&self, from: &[f64], to: &[f64]) -> f64;
+}
+
+/// How well particles explain an observation: `p(z_k | x_k)`.
+///
+/// A likelihood weighs the *set*, not one particle: some rescale over all of them, and a batch is what
+/// vector instructions and threads want.
+pub trait Likelihood: Sync {
+    /// Write the log-likelihood of every particle, `(N,)`; minus infinity where it cannot be.
+    fn log_likelihood(&self, particles: &ParticleSet, out: &mut [f64]);
+}
+
+/// A transition and the likelihoods that weigh its result together (none: the layer only moves).
+pub struct Layer<'a> {
+    /// Applied first, to the whole set.
+    pub transition: &'a dyn Transition,
+    /// Their logarithms are added.
+    pub likelihoods: Vec<&'a dyn Likelihood>,
+}

@@ -1,0 +1,116 @@
+//! One cycle of the layered particle filter (Tao & Hu III-E, Fig. 4, for any list of layers).
+
+use super::{Layer, LayerRecord, Recorder};
+use crate::particles::ParticleSet;
+use crate::resample::Scheme;
+use crate::rng::Streams;
+use crate::{Error, Result, error::require};
+use serde::{Deserialize, Serialize};
+
+/// When and how the set is resampled after a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Resampling {
+    /// How.
+    pub scheme: Scheme,
+    /// Resample when ESS falls to this share of `N`, 0 to 1; 1 is always (the papers).
+    pub threshold: f64,
+}
+
+impl Resampling {
+    /// Checked.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn new(scheme: Scheme, threshold: f64) -> Result<Self> {
+        require((0.0..=1.0).contains(&threshold), "ess_threshold", threshold, "0 to 1 (1: always)")?;
+        Ok(Self { scheme, threshold })
+    }
+}
+
+/// A particle set that layers are applied to, cycle by cycle.
+///
+/// Clone or serialise it to resume later: the random streams follow from the seed and the count of cycles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LayeredFilter {
+    particles: ParticleSet,
+    resampling: Resampling,
+    seed: u64,
+    step: u64,
+}
+
+impl LayeredFilter {
+    /// Start from `particles`, drawn from the prior.
+    pub fn new(particles: ParticleSet, resampling: Resampling, seed: u64) -> Self {
+        Self { particles, resampling, seed, step: 0 }
+    }
+
+    /// The set as the last cycle left it.
+    pub fn particles(&self) -> &ParticleSet {
+        &self.particles
+    }
+
+    /// Apply `layers` in order; `posterior` sees the set before the last resampling, with the log evidence
+    /// summed over the layers (`None` where no likelihood weighed anything).
+    ///
+    /// # Errors
+    /// [`Error::AllWeightsZero`], at the time given, when no particle explains an observation.
+    pub fn cycle<E>(
+        &mut self,
+        time_s: f64,
+        layers: &[Layer<'_>],
+        mut recorder: Option<&mut dyn Recorder>,
+        posterior: impl FnOnce(&ParticleSet, Option<f64>) -> E,
+    ) -> Result<E> {
+        let mut evidence = None;
+        let mut posterior = Some(posterior);
+        let mut estimate = None;
+        for (index, layer) in layers.iter().enumerate() {
+            let streams = Streams::new(self.seed, self.step, index as u64);
+            self.particles.for_each_block(|b, block| layer.transition.propagate(block, &mut streams.block(b)));
+            let predicted = recorder.as_ref().map(|_| self.particles.rows());
+            if let Some(log_likelihood) = total_log_likelihood(&self.particles, layer) {
+                let gained = self.particles.reweigh(&log_likelihood).ok_or(Error::AllWeightsZero {
+                    time_s,
+                    layer: index,
+                    particles: self.particles.len(),
+                })?;
+                *evidence.get_or_insert(0.0) += gained;
+            }
+            if index + 1 == layers.len() {
+                estimate = posterior.take().map(|see| see(&self.particles, evidence));
+            }
+            let weights = predicted.as_ref().map(|_| self.particles.weights().to_vec());
+            let ancestors = self.resample_if_due(streams, !layer.likelihoods.is_empty());
+            if let (Some(recorder), Some(predicted), Some(weights)) = (recorder.as_deref_mut(), predicted, weights) {
+                recorder.record(LayerRecord { step: self.step, time_s, layer: index, predicted, weights, ancestors });
+            }
+        }
+        self.step += 1;
+        match (estimate, posterior) {
+            (Some(estimate), _) => Ok(estimate),
+            (None, Some(see)) => Ok(see(&self.particles, evidence)),
+            (None, None) => unreachable!("the posterior is taken only to make the estimate"),
+        }
+    }
+
+    /// The ancestors, where the set was resampled.
+    fn resample_if_due(&mut self, streams: Streams, weighed: bool) -> Option<Vec<u32>> {
+        let Resampling { scheme, threshold } = self.resampling;
+        let due = weighed && (threshold >= 1.0 || self.particles.ess() <= threshold * self.particles.len() as f64);
+        due.then(|| self.particles.resample(scheme, streams).to_vec())
+    }
+}
+
+fn total_log_likelihood(particles: &ParticleSet, layer: &Layer<'_>) -> Option<Vec<f64>> {
+    let (first, rest) = layer.likelihoods.split_first()?;
+    let mut total = vec![0.0; particles.len()];
+    first.log_likelihood(particles, &mut total);
+    let mut one = vec![0.0; if rest.is_empty() { 0 } else { particles.len() }];
+    for likelihood in rest {
+        likelihood.log_likelihood(particles, &mut one);
+        for (sum, value) in total.iter_mut().zip(&one) {
+            *sum += value;
+        }
+    }
+    Some(total)
+}

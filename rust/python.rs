@@ -1,0 +1,67 @@
+//! The Python module `pytracker._core`: convert, check shape, let the interpreter go, call, convert.
+//!
+//! Nothing is computed here, and nothing outside `rust/python` knows Python.
+
+mod arm;
+mod estimate;
+mod resample;
+
+use crate::Error;
+use numpy::{PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    pytracker._core,
+    InputError,
+    PyValueError,
+    "What was given cannot be used; the message names the place, the value and what was expected."
+);
+pyo3::create_exception!(
+    pytracker._core,
+    TrackingError,
+    PyRuntimeError,
+    "The track was lost beyond recovery; the message names the frame."
+);
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> Self {
+        if error.is_loss_of_track() {
+            TrackingError::new_err(error.to_string())
+        } else {
+            InputError::new_err(error.to_string())
+        }
+    }
+}
+
+/// The compiled half of pytracker.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use super::arm::ArmTracker;
+    #[pymodule_export]
+    use super::estimate::Estimate;
+    #[pymodule_export]
+    use super::resample::resample;
+    #[pymodule_export]
+    use super::{InputError, TrackingError};
+
+    #[pymodule_export]
+    #[allow(non_upper_case_globals)]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
+}
+
+/// Rows of a `(T, K)` array.
+fn rows<const K: usize>(name: &'static str, array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; K]>> {
+    let view = array.as_array();
+    if view.ncols() != K {
+        return Err(Error::Size { name, got: view.ncols(), unit: "columns", expected: K }.into());
+    }
+    Ok(view.rows().into_iter().map(|row| std::array::from_fn(|k| row[k])).collect())
+}
+
+/// As many rows as there are times.
+fn same_length(name: &'static str, got: usize, times: &PyReadonlyArray1<'_, f64>) -> PyResult<()> {
+    let expected = times.as_array().len();
+    if got == expected { Ok(()) } else { Err(Error::Size { name, got, unit: "rows", expected }.into()) }
+}

@@ -1,0 +1,33 @@
+//! `resample(scheme, weights, n, seed)`.
+
+use crate::error::require;
+use crate::resample::Scheme;
+use crate::rng::Streams;
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+
+/// Indices of `n` particles, ascending, drawn in proportion to `weights`.
+///
+/// `scheme` is `multinomial`, `stratified`, `systematic` or `residual`; `weights` is `(N,)`, not negative,
+/// with a positive sum, and is normalised here. Raises `InputError`.
+#[pyfunction]
+#[pyo3(signature = (scheme, weights, n, seed = 0))]
+pub fn resample<'py>(
+    py: Python<'py>,
+    scheme: &str,
+    weights: PyReadonlyArray1<'py, f64>,
+    n: usize,
+    seed: u64,
+) -> PyResult<Bound<'py, PyArray1<u32>>> {
+    let scheme = Scheme::from_name(scheme)?;
+    let view = weights.as_array();
+    for weight in view {
+        require(*weight >= 0.0 && weight.is_finite(), "a weight", *weight, "a finite number, 0 or more")?;
+    }
+    let sum: f64 = view.sum();
+    require(sum > 0.0 && sum.is_finite(), "the sum of weights", sum, "positive")?;
+    let normalised: Vec<f64> = view.iter().map(|w| w / sum).collect();
+    let mut ancestors = Vec::new();
+    py.detach(|| scheme.draw(&normalised, n, &mut Streams::new(seed, 0, 0).resampling(), &mut ancestors));
+    Ok(PyArray1::from_vec(py, ancestors))
+}
