@@ -1,7 +1,6 @@
-"""A recording: what a folder on disk holds, in SI units and world coordinates, validated.
+"""A recording: cameras, IMUs, arm and truth, in SI units, world coordinates and recording time.
 
-`load` reads `recording.toml` and the files it names. Everything is converted here, once: times to recording
-time, sensor frames to segment frames, millimetres to metres.
+`pytracker.load` makes one from a folder, `pytracker.simulate` one from nothing.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Arm", "Camera", "Imu", "Recording", "Truth", "View", "load"]
+__all__ = ["Arm", "Camera", "Imu", "Recording", "Truth", "View"]
 
 Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -71,6 +70,21 @@ class Camera:
         homogeneous = np.stack([xd, yd, np.ones_like(xd)], axis=1) @ np.array(self.matrix).T
         homogeneous[p[:, 2] <= 0] = np.nan
         return np.ascontiguousarray(homogeneous[:, :2])
+
+    def ray(self, pixel: Array) -> Array:
+        """Unit vector in the world, `(3,)`, from the camera through a pixel `(2,)`."""
+        normal = np.linalg.solve(np.array(self.matrix), np.array([pixel[0], pixel[1], 1.0]))[:2]
+        undistorted = normal.copy()
+        # The inverse of the distortion has no closed form; this fixed point is OpenCV's own.
+        k1, k2, p1, p2, k3 = self.distortion
+        for _ in range(20):
+            x, y = undistorted
+            r2 = x * x + y * y
+            radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+            shift = np.array([2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y])
+            undistorted = (normal - shift) / radial
+        ray = np.array(self.rotation).T @ np.array([*undistorted, 1.0])
+        return np.asarray(ray / np.linalg.norm(ray))
 
     @property
     def position_m(self) -> Array:

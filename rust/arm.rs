@@ -25,4 +25,4 @@ pub mod timeline;
 pub mod tracker;
 
 pub use state::{Arm, Estimate, Noise, Point};
-pub use tracker::{ArmTracker, Method, Sample};
+pub use tracker::{ArmTracker, Method, Sample, Stretch};

@@ -38,7 +38,7 @@ impl From<Error> for PyErr {
 #[pymodule]
 mod _core {
     #[pymodule_export]
-    use super::arm::ArmTracker;
+    use super::arm::{ArmTracker, check_camera};
     #[pymodule_export]
     use super::estimate::Estimate;
     #[pymodule_export]

@@ -1,0 +1,8 @@
+"""Synthetic recordings with truth: for the demo, for tests and benches, and for trying a set-up before filming."""
+
+from __future__ import annotations
+
+from pytracker.simulate.arm import ArmScene, ArmSimulation
+from pytracker.simulate.write import simulate_arm
+
+__all__ = ["ArmScene", "ArmSimulation", "simulate_arm"]

@@ -44,6 +44,17 @@ pub enum Method {
     },
 }
 
+/// What [`ArmTracker::run`] made of a stretch.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stretch {
+    /// One a frame, up to where it stopped.
+    pub estimates: Vec<Estimate>,
+    /// How many samples were used.
+    pub used: usize,
+    /// Why it stopped early, if it did: [`Error::AtFrame`] around what `predict` or `update` said.
+    pub stopped: Option<Error>,
+}
+
 /// Follows one arm. Clone or [`ArmTracker::save`] it to resume later with the same bits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArmTracker {
@@ -169,27 +180,29 @@ impl ArmTracker {
     }
 
     /// A stretch of a recording: samples and frames, each in order of time, merged; a sample at a frame's own
-    /// time counts for it. Samples after the last frame are left for the next stretch: returns the estimates
-    /// and how many samples were used. `first_frame` numbers the frames of messages.
-    ///
-    /// # Errors
-    /// [`Error::AtFrame`] around what [`ArmTracker::predict`] or [`ArmTracker::update`] said.
+    /// time counts for it, samples after the last frame are left for the next stretch. `first_frame` numbers
+    /// the frames of messages.
     pub fn run(
         &mut self,
         samples: &[Sample],
         frames: &[(f64, Vec<Option<Vector2<f64>>>)],
         first_frame: usize,
-    ) -> Result<(Vec<Estimate>, usize)> {
-        let mut used = 0;
-        let mut estimates = Vec::with_capacity(frames.len());
+    ) -> Stretch {
+        let mut stretch = Stretch { estimates: Vec::with_capacity(frames.len()), used: 0, stopped: None };
         for (index, (time_s, pixels)) in frames.iter().enumerate() {
-            let estimate = self.take_until(&samples[used..], *time_s).and_then(|taken| {
-                used += taken;
+            let estimate = self.take_until(&samples[stretch.used..], *time_s).and_then(|taken| {
+                stretch.used += taken;
                 self.update(*time_s, pixels)
             });
-            estimates.push(estimate.map_err(|e| Error::AtFrame { frame: first_frame + index, source: Box::new(e) })?);
+            match estimate {
+                Ok(estimate) => stretch.estimates.push(estimate),
+                Err(error) => {
+                    stretch.stopped = Some(Error::AtFrame { frame: first_frame + index, source: Box::new(error) });
+                    break;
+                }
+            }
         }
-        Ok((estimates, used))
+        stretch
     }
 
     /// Take the samples up to `time_s`; how many those are.

@@ -27,7 +27,7 @@ struct ArmArgument {
 
 /// `pytracker.Camera`, read.
 #[derive(FromPyObject)]
-struct CameraArgument {
+pub struct CameraArgument {
     matrix: [[f64; 3]; 3],
     distortion: [f64; 5],
     rotation: [[f64; 3]; 3],
@@ -137,6 +137,13 @@ impl TryFrom<MethodArgument> for Method {
     }
 }
 
+/// Raise `InputError` where a `pytracker.Camera` is not one: focal lengths, rotation, finite numbers.
+#[pyfunction]
+pub fn check_camera(camera: CameraArgument) -> PyResult<()> {
+    View::try_from(camera)?;
+    Ok(())
+}
+
 /// Follows one arm, sample by sample: `predict` at every IMU sample, `update` at every camera frame.
 ///
 /// `arm` is a `pytracker.Arm`, `cameras` one `pytracker.Camera` or a list of them, `method` an arm method such
@@ -226,8 +233,9 @@ impl ArmTracker {
     ///
     /// IMU: times `(M,)`, specific force `(M, 3)`, orientation `(M, 4)`, turn rate `(M, 3)` or `None`. Frames:
     /// times `(T,)`, pixels `(T, C, 2)`, NaN where not seen; `first_frame` is the number of the first, for
-    /// messages. Returns a dict of arrays, a row a frame, and how many samples were used. `threads` limits how
-    /// many work on a large set; it does not change the result. Raises as `predict` and `update`.
+    /// messages. Returns a dict of arrays, a row a frame; how many samples were used; and, where the track was
+    /// lost, the message, the rows ending before that frame. `threads` limits how many work on a large set; it
+    /// does not change the result. Raises `InputError`.
     #[pyo3(signature = (imu_time_s, acc, q_world_sensor, gyr, time_s, pixels, first_frame = 0, threads = None))]
     #[allow(clippy::too_many_arguments)] // one argument an array; keywords in Python
     fn run<'py>(
@@ -241,22 +249,22 @@ impl ArmTracker {
         pixels: PyReadonlyArray3<'py, f64>,
         first_frame: usize,
         threads: Option<usize>,
-    ) -> PyResult<(Bound<'py, PyDict>, usize)> {
+    ) -> PyResult<(Bound<'py, PyDict>, usize, Option<String>)> {
         let samples = samples(&imu_time_s, &acc, &q_world_sensor, gyr.as_ref())?;
         let frames = frames(&time_s, &pixels)?;
         let mut run = || self.0.run(&samples, &frames, first_frame);
-        let (estimates, used) = py.detach(|| match threads {
-            None => run(),
-            Some(n) => match rayon::ThreadPoolBuilder::new().num_threads(n).build() {
-                Ok(pool) => pool.install(run),
-                Err(_) => Err(Error::Parameter {
-                    name: "threads",
-                    value: n as f64,
-                    expected: "as many as the machine allows",
-                }),
-            },
-        })?;
-        Ok((table(py, &estimates)?, used))
+        let stretch = py.detach(|| match threads {
+            None => Ok(run()),
+            Some(n) => rayon::ThreadPoolBuilder::new().num_threads(n).build().map(|pool| pool.install(run)),
+        });
+        let Ok(stretch) = stretch else {
+            let value = threads.unwrap_or(0) as f64;
+            return Err(Error::Parameter { name: "threads", value, expected: "as many as the machine allows" }.into());
+        };
+        match stretch.stopped {
+            Some(error) if !error.is_loss_of_track() => Err(error.into()),
+            stopped => Ok((table(py, &stretch.estimates)?, stretch.used, stopped.map(|e| e.to_string()))),
+        }
     }
 
     /// The particles as they stand, `(N, D)`; `None` for a Gaussian method.

@@ -1,0 +1,55 @@
+"""The plain IMU CSV: a header, then a row a sample.
+
+Columns are found by name, extra ones ignored: `time_s, acc_x..z` (m/s², specific force), `gyr_x..z` (rad/s),
+`mag_x..z`, `q_w, q_x, q_y, q_z` (sensor to world).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pytracker._core import InputError
+from pytracker.formats.imu import ImuLog
+from pytracker.formats.text import parse_table
+
+__all__ = ["read"]
+
+ACC = ("acc_x", "acc_y", "acc_z")
+GYR = ("gyr_x", "gyr_y", "gyr_z")
+MAG = ("mag_x", "mag_y", "mag_z")
+QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+
+
+def read(path: Path, lines: list[str]) -> ImuLog:
+    """From the file's lines. Raises `InputError`."""
+    first = next(k for k, line in enumerate(lines) if line.strip())
+    header = lines[first]
+    delimiter = max(",;\t", key=header.count)
+    names = [name.strip().strip('"').lower() for name in header.split(delimiter)]
+    repeated = sorted({name for name in names if names.count(name) > 1})
+    if repeated:
+        raise InputError(f"{path}:{first + 1}: column {repeated[0]!r} stands more than once, expected each name once")
+    for group in (("time_s",), ACC):
+        missing = [name for name in group if name not in names]
+        if missing:
+            raise InputError(
+                f"{path}:{first + 1}: header has no column {', '.join(missing)} (it has {', '.join(names)[:200]}), "
+                "expected time_s, acc_x, acc_y, acc_z and any of gyr_*, mag_*, q_*"
+            )
+    for group in (GYR, MAG, QUATERNION):
+        there = [name for name in group if name in names]
+        if there and len(there) < len(group):
+            missing = [name for name in group if name not in names]
+            raise InputError(f"{path}:{first + 1}: header has {', '.join(there)} but not {', '.join(missing)}")
+    table = parse_table(path, lines, first + 1, names, delimiter, {"time_s", *ACC, *GYR, *MAG, *QUATERNION})
+    time_s = table.columns("time_s")
+    assert time_s is not None
+    return ImuLog(
+        path=path,
+        lines=table.lines,
+        time_s=time_s[:, 0],
+        acc=table.columns(*ACC),
+        gyr=table.columns(*GYR),
+        mag=table.columns(*MAG),
+        q_world_sensor=table.columns(*QUATERNION),
+    )

@@ -1,0 +1,159 @@
+"""Xsens MT Manager text exports: `//` comments, one header, whatever columns were ticked.
+
+Delimited by tab, comma, semicolon or space; acceleration in m/s² with gravity, turn rate in rad/s, orientation
+(sensor to a z-up earth frame) as quaternion w first, matrix written column by column, or Euler angles in degrees.
+A sample's time is its packet counter, which wraps at 65535, over the rate; packets that were lost leave a gap.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+from pytracker.formats.imu import ImuLog
+from pytracker.formats.text import Table, parse_table
+from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion
+
+__all__ = ["read"]
+
+Float = NDArray[np.float64]
+
+COUNTER = "PacketCounter"
+FINE = "SampleTimeFine"
+ACC = ("Acc_X", "Acc_Y", "Acc_Z")
+GYR = ("Gyr_X", "Gyr_Y", "Gyr_Z")
+MAG = ("Mag_X", "Mag_Y", "Mag_Z")
+QUATERNION = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
+MATRIX = tuple(f"Mat[{row}][{column}]" for column in (1, 2, 3) for row in (1, 2, 3))
+EULER = ("Roll", "Pitch", "Yaw")
+
+COUNTER_WRAP = 65536
+FINE_WRAP = 2**32
+FINE_TICKS_S = (1e-4, 1e-6)
+RATE_RANGE_HZ = (10.0, 3000.0)
+
+
+def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
+    """From the file's lines; `rate_hz` where the file does not say it. Raises `InputError`."""
+    first = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("//")), None)
+    if first is None:
+        raise InputError(f"{path}: has comments but no header, expected a line that names the columns")
+    header = lines[first].rstrip()
+    delimiter = max("\t,; ", key=header.count)
+    names = [name.strip() for name in header.split(delimiter)]
+    if names[-1] == "":
+        names = names[:-1]
+    wanted = {COUNTER, FINE, *ACC, *GYR, *MAG, *QUATERNION, *MATRIX, *EULER}
+    if not wanted & set(names):
+        raise InputError(f"{path}:{first + 1}: header {header[:80]!r} names no known column, expected Acc_X, Quat_q0 ...")
+    table = parse_table(path, lines, first + 1, names, delimiter, wanted)
+    table, warnings = _without_lost_samples(table)
+    rate = rate_hz if rate_hz is not None else _stated_rate(path, lines[:first])
+    return ImuLog(
+        path=path,
+        lines=table.lines,
+        time_s=_times(table, rate),
+        acc=table.columns(*ACC),
+        gyr=table.columns(*GYR),
+        mag=table.columns(*MAG),
+        q_world_sensor=_orientation(table),
+        rate_hz=rate,
+        warnings=warnings,
+    )
+
+
+def _orientation(table: Table) -> Float | None:
+    """Quaternion, else matrix, else Euler angles: the order of trust that OpenSim uses."""
+    quaternion = table.columns(*QUATERNION)
+    if quaternion is not None:
+        return quaternion
+    matrix = table.columns(*MATRIX)
+    if matrix is not None:
+        m = matrix.reshape(-1, 3, 3).transpose(0, 2, 1)
+        skew = np.abs(m @ m.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
+        bad = np.flatnonzero(~(skew < 0.02))
+        if bad.size:
+            raise InputError(
+                f"{table.path}:{table.lines[bad[0]]}: orientation matrix differs from a rotation by "
+                f"{skew[bad[0]]:.3f}, expected at most 0.02"
+            )
+        return matrix_to_quaternion(m)
+    euler = table.columns(*EULER)
+    if euler is not None:
+        roll, pitch, yaw = np.deg2rad(euler).T
+        return euler_to_quaternion(roll, pitch, yaw)
+    return None
+
+
+def _without_lost_samples(table: Table) -> tuple[Table, tuple[str, ...]]:
+    """MT Manager writes NaN or nothing where a packet held no reading: such rows are lost samples."""
+    columns = [name for name in (*ACC, *GYR, *QUATERNION, *MATRIX, *EULER) if name in table.names]
+    values = table.columns(*columns)
+    if values is None or not columns:
+        return table, ()
+    lost = ~np.isfinite(values).all(axis=1)
+    if lost.all():
+        raise InputError(f"{table.path}: no row has all of {', '.join(columns)[:120]}, expected numbers")
+    if not lost.any():
+        return table, ()
+    first = int(np.flatnonzero(lost)[0])
+    cell = columns[int(np.flatnonzero(~np.isfinite(values[first]))[0])]
+    warning = (
+        f"{table.path}:{table.lines[first]}: {cell} has no value; {int(lost.sum())} of {len(lost)} rows lack a "
+        "reading and are left out"
+    )
+    return table.without(lost), (warning,)
+
+
+def _stated_rate(path: Path, comments: list[str]) -> float | None:
+    """`// Update Rate: 100.0Hz`, which only old versions write."""
+    for number, line in enumerate(comments, start=1):
+        found = re.match(r"//\s*Update Rate:\s*(.*?)\s*(Hz)?\s*$", line, re.IGNORECASE)
+        if found:
+            try:
+                rate = float(found[1])
+            except ValueError:
+                rate = 0.0
+            if not 0 < rate < np.inf:
+                raise InputError(f"{path}:{number}: Update Rate is {found[1]!r}, expected a positive number of Hz")
+            return rate
+    return None
+
+
+def _times(table: Table, rate: float | None) -> Float:
+    """From the sample clock where it was exported, else from counter and rate; the first sample is at 0."""
+    fine = table.columns(FINE)
+    if fine is not None and np.isfinite(fine).all() and len(fine) > 1:
+        return _fine_times(table, _unwrap(fine[:, 0], FINE_WRAP))
+    if rate is None:
+        raise InputError(
+            f"{table.path}: states neither an Update Rate nor sample times (newer MT Manager versions leave the rate "
+            "out), expected rate_hz in [[imu]] of recording.toml"
+        )
+    counter = table.columns(COUNTER)
+    if counter is None or not np.isfinite(counter).all():
+        return np.arange(len(table.lines)) / rate
+    return np.asarray(_unwrap(counter[:, 0], COUNTER_WRAP) / rate)
+
+
+def _fine_times(table: Table, ticks: Float) -> Float:
+    """Ticks are 0.1 ms on MTi and 1 µs on DOT; only one of them gives a rate that an IMU has."""
+    interval = float(np.median(np.diff(ticks)))
+    for tick_s in FINE_TICKS_S:
+        if interval > 0 and RATE_RANGE_HZ[0] <= 1 / (interval * tick_s) <= RATE_RANGE_HZ[1]:
+            return ticks * tick_s
+    raise InputError(
+        f"{table.path}: {FINE} advances by {interval:g} ticks a sample, expected a rate of 10 to 3000 Hz at 0.1 ms or "
+        "1 µs a tick"
+    )
+
+
+def _unwrap(counter: Float, wrap: int) -> Float:
+    """A counter that starts anywhere and wraps, as samples since the first."""
+    steps = np.diff(counter)
+    steps[steps < -wrap / 2] += wrap
+    return np.concatenate([[0.0], np.cumsum(steps)])

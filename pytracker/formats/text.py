@@ -1,0 +1,118 @@
+"""Text tables: lines, cells and numbers that know their place, so that an error can name it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+
+__all__ = ["Table", "number", "parse_table", "read_lines"]
+
+Float = NDArray[np.float64]
+
+EMPTY = {"", "nan", "null"}
+"""Cells that say "no value", lower-case."""
+
+
+def read_lines(path: Path) -> list[str]:
+    """Lines of `path` without their ends (LF or CRLF), UTF-8 or Latin-1. Raises `InputError`."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    raw = path.read_bytes()
+    if not raw.strip():
+        raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
+    if b"\0" in raw[:4096]:
+        raise InputError(f"{path}: is a binary file, expected text")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    return text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
+
+
+def number(cell: str, path: Path, line: int, column: str) -> float:
+    """The number in a cell; NaN where it says that there is none. Raises `InputError` naming the place."""
+    cell = cell.strip()
+    if cell.lower() in EMPTY:
+        return math.nan
+    try:
+        value = float(cell)
+    except ValueError:
+        raise InputError(f"{path}:{line}: {column} is {cell!r}, expected a number") from None
+    if "_" in cell or math.isinf(value):
+        raise InputError(f"{path}:{line}: {column} is {cell!r}, expected a finite number")
+    return value
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of numbers by name.
+
+    Attributes:
+        path: the file.
+        names: column names, in the file's order.
+        values: `(M, K)`; NaN where a cell is empty.
+        lines: line number of every row, from 1 `(M,)`.
+    """
+
+    path: Path
+    names: tuple[str, ...]
+    values: Float
+    lines: NDArray[np.int64]
+
+    def columns(self, *names: str) -> Float | None:
+        """The columns named, `(M, len(names))`; None where one of them is not there."""
+        if any(name not in self.names for name in names):
+            return None
+        return np.ascontiguousarray(self.values[:, [self.names.index(name) for name in names]])
+
+    def without(self, rows: NDArray[np.bool_]) -> Table:
+        """The table without the rows marked."""
+        return Table(self.path, self.names, self.values[~rows], self.lines[~rows])
+
+
+def parse_table(
+    path: Path, lines: Sequence[str], first: int, names: Sequence[str], delimiter: str, wanted: set[str]
+) -> Table:
+    """Numbers of the `wanted` columns in `lines[first:]`; blank lines are passed over.
+
+    Raises `InputError` for a row with another number of cells than names, a cell that is no number, or no row.
+    """
+    kept = [(k, name) for k, name in enumerate(names) if name in wanted]
+    rows, numbers = [], []
+    for index in range(first, len(lines)):
+        line = lines[index]
+        if not line.strip():
+            continue
+        cells = _split_cells(line, delimiter, len(names))
+        if len(cells) != len(names):
+            raise InputError(
+                f"{path}:{index + 1}: row has {len(cells)} cells, expected {len(names)} as the header has"
+            )
+        rows.append([number(cells[k], path, index + 1, name) for k, name in kept])
+        numbers.append(index + 1)
+    if not rows:
+        raise InputError(f"{path}: has a header but no rows, expected at least one sample")
+    values = np.array(rows, dtype=np.float64).reshape(len(rows), len(kept))
+    return Table(path, tuple(name for _, name in kept), values, np.array(numbers, dtype=np.int64))
+
+
+def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:
+    """Cells of a row. A trailing delimiter is forgiven; where spaces delimit and empty cells have run together,
+    the missing ones are taken to stand after the first."""
+    cells = line.split(delimiter)
+    if len(cells) == expected + 1 and not cells[-1].strip():
+        cells = cells[:-1]
+    if delimiter == " " and len(cells) != expected:
+        words = line.split()
+        if 1 < len(words) < expected:
+            cells = [words[0], *[""] * (expected - len(words)), *words[1:]]
+        else:
+            cells = words
+    return cells

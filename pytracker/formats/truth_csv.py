@@ -1,0 +1,42 @@
+"""Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`; an empty cell is a gap."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.qualisys import Markers
+from pytracker.formats.text import parse_table, read_lines
+
+__all__ = ["read_truth_csv"]
+
+
+def read_truth_csv(path: Path | str) -> Markers:
+    """Read it. Raises `InputError` naming line, value and expectation."""
+    path = Path(path)
+    lines = read_lines(path)
+    names = [name.strip() for name in lines[0].split(",")]
+    joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
+    wanted = {"time_s", *(f"{joint}_{axis}_m" for joint in joints for axis in "xyz")}
+    missing = sorted(wanted - set(names))
+    if missing or not joints:
+        raise InputError(
+            f"{path}:1: header has no column {', '.join(missing) or 'wrist_x_m'}, expected time_s and <joint>_x_m, "
+            "<joint>_y_m, <joint>_z_m"
+        )
+    table = parse_table(path, lines, 1, names, ",", wanted)
+    time_s = table.columns("time_s")
+    assert time_s is not None
+    back = np.flatnonzero(~(np.diff(time_s[:, 0]) > 0))
+    if back.size or not np.isfinite(time_s).all():
+        k = int(back[0]) + 1 if back.size else 0
+        raise InputError(f"{path}:{table.lines[k]}: time_s is {time_s[k, 0]}, expected increasing times")
+    positions, gaps = {}, {}
+    for joint in joints:
+        points = table.columns(*(f"{joint}_{axis}_m" for axis in "xyz"))
+        assert points is not None
+        points[np.isnan(points).any(axis=1)] = np.nan
+        positions[joint], gaps[joint] = points, int(np.isnan(points[:, 0]).sum())
+    return Markers(time_s=time_s[:, 0], positions_m=positions, gaps=gaps, rate_hz=None)

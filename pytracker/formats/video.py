@@ -1,0 +1,127 @@
+"""Video files, frame by frame, with the container's own times.
+
+Times are read after each frame, as the container has them, so that a variable frame rate stays what it was;
+`index / fps` and the container's frame count are not trusted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+
+__all__ = ["Frame", "Image", "VideoInfo", "frames", "probe"]
+
+Image = NDArray[np.uint8]
+
+TRUNCATED_SHARE = 0.9
+"""Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One frame.
+
+    Attributes:
+        index: number, from 0.
+        time_s: the container's time, s, the first frame at 0.
+        image: BGR `(H, W, 3)`.
+    """
+
+    index: int
+    time_s: float
+    image: Image
+
+
+@dataclass(frozen=True)
+class VideoInfo:
+    """What a container says of itself.
+
+    Attributes:
+        width: px.
+        height: px.
+        frame_count: as promised; an estimate in many containers, 0 where unknown.
+        rate_hz: as promised; an average where the rate varies, 0 where unknown.
+    """
+
+    width: int
+    height: int
+    frame_count: int
+    rate_hz: float
+
+
+def _open(path: Path) -> cv2.VideoCapture:
+    if not path.is_file():
+        raise InputError(f"{path}: no such file, expected a video")
+    if path.stat().st_size == 0:
+        raise InputError(f"{path}: the file is empty (0 bytes), expected a video")
+    capture = cv2.VideoCapture(str(path))
+    if not capture.isOpened():
+        raise InputError(
+            f"{path}: cannot be opened as a video ({path.stat().st_size} bytes): it is cut short, of an unknown "
+            "codec or no video; expected a file that FFmpeg reads, such as H.264 in .mp4 or .mkv"
+        )
+    return capture
+
+
+def probe(path: Path) -> VideoInfo:
+    """Open `path` and decode its first frame. Raises `InputError`."""
+    capture = _open(path)
+    try:
+        ok, image = capture.read()
+        if not ok:
+            raise InputError(f"{path}: holds no frame that can be decoded, expected at least one")
+        count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        rate = capture.get(cv2.CAP_PROP_FPS)
+        return VideoInfo(image.shape[1], image.shape[0], max(0, int(count)), max(0.0, float(rate)))
+    finally:
+        capture.release()
+
+
+def frames(path: Path | str) -> Iterator[Frame]:
+    """Decode `path` frame by frame, in constant memory.
+
+    Raises `InputError` where the file cannot be opened, holds no frame, or has times that do not increase, and
+    after the last frame where far fewer could be decoded than the container promises.
+    """
+    path = Path(path)
+    capture = _open(path)
+    try:
+        promised = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        duration_s = promised / capture.get(cv2.CAP_PROP_FPS) if capture.get(cv2.CAP_PROP_FPS) > 0 else 0.0
+        index, first_s, last_s = 0, 0.0, -1.0
+        while True:
+            ok, image = capture.read()
+            if not ok:
+                break
+            time_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
+            if index == 0:
+                first_s = time_s
+            elif time_s <= last_s:
+                raise InputError(
+                    f"{path}: frame {index} has time {time_s:.6f} s after {last_s:.6f} s, expected increasing times"
+                )
+            yield Frame(index, time_s - first_s, _bgr(image))
+            last_s = time_s
+            index += 1
+    finally:
+        capture.release()
+    if index == 0:
+        raise InputError(f"{path}: holds no frame that can be decoded, expected at least one")
+    # A variable rate breaks the promised count, not the promised duration.
+    if index < TRUNCATED_SHARE * promised and last_s - first_s < TRUNCATED_SHARE * duration_s:
+        raise InputError(
+            f"{path}: decoding stopped after frame {index - 1} at {last_s:.3f} s, expected {promised:.0f} frames "
+            f"({duration_s:.3f} s): the file is cut short or damaged"
+        )
+
+
+def _bgr(image: Any) -> Image:
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image, dtype=np.uint8)

@@ -1,0 +1,188 @@
+"""A folder on disk to a `Recording`: read, converted to world and recording time, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError, check_camera
+from pytracker.formats import video
+from pytracker.formats.imu import check, orient, read_imu
+from pytracker.formats.qualisys import read_qualisys
+from pytracker.formats.truth_csv import read_truth_csv
+from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View
+from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.schema import ArmEntry, CameraEntry, ImuEntry, TruthEntry, read_recording_file
+
+__all__ = ["load"]
+
+MISS_M = 0.10
+"""How far the patch's ray may pass from the arm sphere when the start is found from it."""
+
+
+def load(folder: Path | str) -> Recording:
+    """Read the recording in `folder` (see README for what a folder holds).
+
+    Everything that would give a wrong answer raises `InputError` naming file, line or key, value and expectation;
+    what is odd but usable is in `Recording.warnings`.
+    """
+    folder = Path(folder)
+    path = folder / "recording.toml"
+    entry = read_recording_file(path)
+    imu, warnings = _imu(folder, path, entry.imu[0])
+    mount = np.array(entry.imu[0].mount)
+    views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount) for k, c in enumerate(entry.camera))
+    _check_overlap(views, imu)
+    truth, truth_warnings = (None, []) if entry.truth is None else _truth(folder, path, entry.truth)
+    start, start_warnings = _wrist_start(path, entry.arm, views[0], imu, truth)
+    arm = Arm(
+        shoulder_m=entry.arm.shoulder_m,
+        upper_arm_m=entry.arm.upper_arm_m,
+        forearm_m=entry.arm.forearm_m,
+        wrist_start_m=start,
+        side=entry.arm.side,
+    )
+    names = [c.video for c in entry.camera] + [entry.imu[0].file, entry.imu[0].orientation_file]
+    names.append(entry.truth.file if entry.truth else None)
+    return Recording(
+        kind=entry.kind,
+        views=views,
+        imus=(imu,),
+        arm=arm,
+        truth=truth,
+        folder=folder,
+        files=(path, *(folder / name for name in names if name is not None)),
+        warnings=(*warnings, *truth_warnings, *start_warnings),
+    )
+
+
+def _view(folder: Path, place: str, entry: CameraEntry, mount: Array) -> View:
+    offset = rotate(mount, np.array(entry.patch_offset_m))
+    camera = Camera(
+        matrix=entry.matrix,
+        rotation=entry.rotation,
+        translation_m=entry.translation_m,
+        distortion=entry.distortion,
+        patch_offset_m=_triple(offset),
+    )
+    try:
+        check_camera(camera)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+    file = folder / entry.video
+    info = video.probe(file)
+    x, y, w, h = entry.patch_box
+    if w < 2 or h < 2 or x < 0 or y < 0 or x + w > info.width or y + h > info.height:
+        raise InputError(
+            f"{place}: patch_box is {list(entry.patch_box)} (x, y, width, height), expected at least 2 px wide and high "
+            f"and inside the {info.width} x {info.height} px of {file}"
+        )
+    return View(camera=camera, video=file, start_s=entry.start_s, patch_box=entry.patch_box)
+
+
+def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...]]:
+    mount = np.array(entry.mount)
+    if abs(np.linalg.norm(mount) - 1) > 0.02:
+        raise InputError(f"{path}: imu[0].mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
+    orientation = folder / entry.orientation_file if entry.orientation_file else None
+    log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
+    log = check(orient(check(log)))
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg)]))
+    q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount / np.linalg.norm(mount)))
+    gyr = log.gyr if log.gyr is None else rotate(mount, log.gyr)
+    imu = Imu(
+        time_s=log.time_s + entry.offset_s,
+        acc=rotate(mount, log.acc),
+        q_world_sensor=np.ascontiguousarray(q_world_segment),
+        gyr=gyr,
+        segment=entry.segment,
+    )
+    return imu, log.warnings
+
+
+def _check_overlap(views: tuple[View, ...], imu: Imu) -> None:
+    for view in views:
+        assert view.video is not None
+        info = video.probe(view.video)
+        start = view.start_s
+        # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.
+        end = start + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+        if imu.time_s[-1] < start or imu.time_s[0] > max(end, start):
+            raise InputError(
+                f"{view.video} covers {start:.3f} to {end:.3f} s and the IMU {imu.time_s[0]:.3f} to {imu.time_s[-1]:.3f} "
+                "s of recording time, expected them to overlap: check start_s and offset_s"
+            )
+
+
+def _truth(folder: Path, path: Path, entry: TruthEntry) -> tuple[Truth, list[str]]:
+    readers: dict[str, Callable[[Path], object]] = {".tsv": read_qualisys, ".csv": read_truth_csv}
+    file = folder / entry.file
+    if file.suffix.lower() not in readers:
+        raise InputError(f"{path}: truth.file is {entry.file!r}, expected one of: {', '.join(readers)}")
+    markers = read_qualisys(file) if file.suffix.lower() == ".tsv" else read_truth_csv(file)
+    wanted = entry.markers or {name: name for name in markers.positions_m}
+    for joint, marker in wanted.items():
+        if marker not in markers.positions_m:
+            raise InputError(
+                f"{path}: truth.markers.{joint} is {marker!r}, expected a marker of {file}: "
+                f"{', '.join(markers.positions_m)}"
+            )
+    if "wrist" not in wanted:
+        raise InputError(f"{path}: truth.markers names {', '.join(wanted) or 'nothing'}, expected at least wrist")
+    gaps = {joint: markers.gaps[marker] for joint, marker in wanted.items()}
+    truth = Truth(
+        time_s=markers.time_s + entry.offset_s,
+        joints_m={joint: markers.positions_m[marker] for joint, marker in wanted.items()},
+        gaps=gaps,
+    )
+    return truth, [
+        f"{file}: {joint} was not seen in {count} of {len(markers.time_s)} frames; they are left out of the scores"
+        for joint, count in gaps.items()
+        if count
+    ]
+
+
+def _wrist_start(path: Path, arm: ArmEntry, view: View, imu: Imu, truth: Truth | None) -> tuple[Triple, list[str]]:
+    """As given, else from truth at the first frame, else where the patch's ray meets the arm sphere."""
+    if arm.wrist_start_m is not None:
+        return arm.wrist_start_m, []
+    if truth is not None:
+        start = truth.at("wrist", np.array([view.start_s]))[0]
+        if np.isfinite(start).all():
+            return _triple(start), []
+    return _start_from_ray(path, arm, view, imu)
+
+
+def _start_from_ray(path: Path, arm: ArmEntry, view: View, imu: Imu) -> tuple[Triple, list[str]]:
+    assert view.patch_box is not None
+    x, y, w, h = view.patch_box
+    at = int(np.clip(np.searchsorted(imu.time_s, view.start_s), 0, len(imu.time_s) - 1))
+    q = imu.q_world_sensor[at]
+    patch_to_wrist = -rotate(q, np.array(view.camera.patch_offset_m))
+    wrist_to_elbow = rotate(q, np.array([0.0, arm.forearm_m, 0.0]))
+    origin = view.camera.position_m + patch_to_wrist
+    ray = view.camera.ray(np.array([x + (w - 1) / 2, y + (h - 1) / 2]))
+    centre = np.array(arm.shoulder_m) - wrist_to_elbow
+    nearest = float(ray @ (centre - origin))
+    miss = float(np.linalg.norm(origin + nearest * ray - centre))
+    if miss > arm.upper_arm_m + MISS_M:
+        raise InputError(
+            f"{path}: the patch's ray passes {miss - arm.upper_arm_m:.2f} m from where the arm can reach, expected at most "
+            f"{MISS_M} m: check camera, shoulder_m, arm lengths and the IMU's heading_deg and mount, or give "
+            "arm.wrist_start_m"
+        )
+    half = float(np.sqrt(max(arm.upper_arm_m**2 - miss**2, 0.0)))
+    near, far = origin + (nearest - half) * ray, origin + (nearest + half) * ray
+    warning = (
+        f"{path}: arm.wrist_start_m is not given; the patch's ray meets the arm sphere at {np.round(near, 3).tolist()} "
+        f"and {np.round(far, 3).tolist()} m, and the nearer to the camera is taken: give wrist_start_m if it is the other"
+    )
+    return _triple(near), [warning]
+
+
+def _triple(v: Array) -> Triple:
+    return float(v[0]), float(v[1]), float(v[2])

@@ -1,0 +1,128 @@
+"""`recording.toml`, schema 1: every key, its type and default. Unknown keys are errors that name the nearest."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from pytracker._core import InputError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["ArmEntry", "CameraEntry", "ImuEntry", "RecordingFile", "TruthEntry", "read_recording_file"]
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Triple = tuple[Finite, Finite, Finite]
+Matrix = tuple[Triple, Triple, Triple]
+
+
+class _Entry(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class CameraEntry(_Entry):
+    """`[[camera]]`: a video and the calibrated camera that took it."""
+
+    video: str
+    start_s: Finite = 0.0
+    matrix: Matrix
+    distortion: tuple[Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    rotation: Matrix
+    translation_m: Triple
+    patch_box: tuple[int, int, int, int]
+    patch_offset_m: Triple = (0.0, 0.0, 0.0)
+
+
+class ImuEntry(_Entry):
+    """`[[imu]]`: an inertial sensor's file and how it is worn."""
+
+    file: str
+    orientation_file: str | None = None
+    format: Literal["auto", "csv", "mt-manager", "mt9-log"] = "auto"
+    rate_hz: Positive | None = None
+    segment: str = "right_forearm"
+    offset_s: Finite = 0.0
+    heading_deg: Finite = 0.0
+    mount: tuple[Finite, Finite, Finite, Finite] = (1.0, 0.0, 0.0, 0.0)
+
+
+class ArmEntry(_Entry):
+    """`[arm]`: the subject's arm."""
+
+    side: Literal["right", "left"] = "right"
+    shoulder_m: Triple
+    upper_arm_m: Annotated[float, Field(gt=0, le=1)]
+    forearm_m: Annotated[float, Field(gt=0, le=1)]
+    wrist_start_m: Triple | None = None
+
+
+class TruthEntry(_Entry):
+    """`[truth]`: measured joints, where there are any."""
+
+    file: str
+    markers: dict[str, str] = {}
+    offset_s: Finite = 0.0
+
+
+class RecordingFile(_Entry):
+    """The whole file."""
+
+    schema_: Annotated[Literal[1], Field(alias="schema")]
+    kind: Literal["arm"]
+    camera: Annotated[tuple[CameraEntry, ...], Field(min_length=1)]
+    imu: Annotated[tuple[ImuEntry, ...], Field(min_length=1, max_length=1)]
+    arm: ArmEntry
+    truth: TruthEntry | None = None
+
+
+def read_recording_file(path: Path) -> RecordingFile:
+    """Read and validate. Raises `InputError` naming every fault: key, value, expectation."""
+    if not path.is_file():
+        where = path.parent
+        kind = "is no folder" if not where.is_dir() else "holds no recording.toml"
+        raise InputError(f"{where}: {kind}, expected a folder with recording.toml")
+    try:
+        data = tomllib.loads(path.read_text("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: is not TOML: {error}") from None
+    try:
+        return RecordingFile.model_validate(data)
+    except ValidationError as error:
+        faults = [_fault(fault) for fault in error.errors()]
+        raise InputError(f"{path}: " + "; ".join(faults)) from None
+
+
+def _fault(fault: Any) -> str:
+    place = _place(fault["loc"])
+    if fault["type"] == "extra_forbidden":
+        known = _known_keys(fault["loc"][:-1])
+        near = difflib.get_close_matches(str(fault["loc"][-1]), known, n=1, cutoff=0.5)
+        hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(known)}"
+        return f"{place} is not a known key, {hint}"
+    if fault["type"] == "missing":
+        return f"{place} is missing"
+    return f"{place} is {fault['input']!r}, expected: {fault['msg'][0].lower()}{fault['msg'][1:]}"
+
+
+def _place(loc: tuple[Any, ...]) -> str:
+    """`('camera', 0, 'video')` as `camera[0].video`."""
+    place = ""
+    for part in loc:
+        place += f"[{part}]" if isinstance(part, int) else f".{part}" if place else str(part)
+    return place
+
+
+def _known_keys(loc: tuple[Any, ...]) -> list[str]:
+    entries: dict[str, type[BaseModel]] = {
+        "camera": CameraEntry, "imu": ImuEntry, "arm": ArmEntry, "truth": TruthEntry,
+    }  # fmt: skip
+    model = entries.get(str(loc[0]), RecordingFile) if loc else RecordingFile
+    return [field.alias or name for name, field in model.model_fields.items()]

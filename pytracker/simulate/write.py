@@ -1,0 +1,137 @@
+"""`simulate_arm(folder, scene, seed)`: a complete recording folder, as a user would bring one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.evidence.sightings import Progress
+from pytracker.output import whole_folder
+from pytracker.recording import Camera
+from pytracker.rotation import rotate
+from pytracker.simulate.arm import IMAGE_SIZE, TRUTH_RATE_HZ, ArmScene, ArmSimulation
+from pytracker.simulate.scene import PATCH_HALF_M, render
+
+__all__ = ["simulate_arm"]
+
+
+def simulate_arm(
+    folder: Path | str,
+    scene: ArmScene | None = None,
+    seed: int = 0,
+    *,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Path:
+    """Write a simulated recording: `recording.toml`, videos, IMU CSV and Qualisys truth. Returns the folder.
+
+    The folder appears whole or not at all. Raises `InputError` where it exists, unless `force`.
+    """
+    simulation = ArmSimulation(scene, seed)
+    with whole_folder(Path(folder), force=force) as out:
+        boxes = []
+        for index, camera in enumerate(simulation.cameras):
+            _write_video(out / _video_name(index), simulation, index, progress)
+            boxes.append(_first_box(simulation, camera))
+        _write_imu(out / "imu.csv", simulation)
+        _write_truth(out / "qualisys.tsv", simulation)
+        (out / "recording.toml").write_text(_toml(simulation, boxes), "utf-8")
+    return Path(folder)
+
+
+def _video_name(index: int) -> str:
+    return "video.mp4" if index == 0 else f"video{index}.mp4"
+
+
+def _write_video(path: Path, simulation: ArmSimulation, index: int, progress: Progress | None) -> None:
+    """MPEG-4 at the camera's rate; dropped frames leave a hole in the times that only a container can hold, so
+    they are written as repeats of the frame before, as cameras do."""
+    rate = simulation.scene.frame_rate_hz
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), rate, IMAGE_SIZE)
+    if not writer.isOpened():
+        raise InputError(f"{path}: OpenCV cannot write MPEG-4 video here")
+    slots = np.rint(simulation.frame_time_s * rate).astype(int)
+    written = 0
+    for k, image in enumerate(render(simulation, index)):
+        until = slots[k + 1] if k + 1 < len(slots) else slots[k] + 1
+        for _ in range(written, until):
+            writer.write(image)
+        written = until
+        if progress is not None:
+            progress("render" if len(simulation.cameras) == 1 else f"render, camera {index}", written)
+    writer.release()
+
+
+def _first_box(simulation: ArmSimulation, camera: Camera) -> list[int]:
+    """The box that a user would draw around the patch in the first frame."""
+    time_s = simulation.frame_time_s[:1]
+    turns = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * PATCH_HALF_M
+    q = np.broadcast_to(simulation.q_world_sensor(time_s), (8, 4))
+    pixels = camera.project(simulation.patch(time_s) + rotate(q, turns))
+    low, high = np.floor(pixels.min(axis=0)).astype(int), np.ceil(pixels.max(axis=0)).astype(int)
+    return [int(low[0]), int(low[1]), int(high[0] - low[0] + 1), int(high[1] - low[1] + 1)]
+
+
+def _write_imu(path: Path, simulation: ArmSimulation) -> None:
+    imu = simulation.imu
+    assert imu.gyr is not None
+    header = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
+    rows = np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_sensor])
+    np.savetxt(path, rows, fmt="%.6f", delimiter=",", header=header, comments="")
+
+
+def _write_truth(path: Path, simulation: ArmSimulation) -> None:
+    truth = simulation.truth
+    names = list(truth.joints_m)
+    header = [
+        f"NO_OF_FRAMES\t{len(truth.time_s)}",
+        "NO_OF_CAMERAS\t0",
+        f"NO_OF_MARKERS\t{len(names)}",
+        f"FREQUENCY\t{TRUTH_RATE_HZ:g}",
+        "DESCRIPTION\tsimulated",
+        "DATA_INCLUDED\t3D",
+        "MARKER_NAMES\t" + "\t".join(names),
+    ]
+    rows = 1000 * np.column_stack([truth.joints_m[name] for name in names])
+    np.savetxt(path, rows, fmt="%.3f", delimiter="\t", header="\n".join(header), comments="")
+
+
+def _toml(simulation: ArmSimulation, boxes: list[list[int]]) -> str:
+    arm, scene = simulation.arm, simulation.scene
+    parts = ["schema = 1", 'kind = "arm"', ""]
+    for index, (camera, box) in enumerate(zip(simulation.cameras, boxes, strict=True)):
+        parts += [
+            "[[camera]]",
+            f'video = "{_video_name(index)}"',
+            f"matrix = {_list(camera.matrix)}",
+            f"rotation = {_list(camera.rotation)}",
+            f"translation_m = {_list(camera.translation_m)}",
+            f"patch_box = {box}",
+            f"patch_offset_m = {_list(camera.patch_offset_m)}",
+            "",
+        ]
+    parts += [
+        "[[imu]]",
+        'file = "imu.csv"',
+        'segment = "right_forearm"',
+        "",
+        "[arm]",
+        'side = "right"',
+        f"shoulder_m = {_list(scene.shoulder_m)}",
+        f"upper_arm_m = {arm.upper_arm_m}",
+        f"forearm_m = {arm.forearm_m}",
+        f"wrist_start_m = {_list(arm.wrist_start_m)}",
+        "",
+        "[truth]",
+        'file = "qualisys.tsv"',
+        'markers = { shoulder = "shoulder", elbow = "elbow", wrist = "wrist" }',
+        "",
+    ]
+    return "\n".join(parts)
+
+
+def _list(values: object) -> str:
+    return str(np.round(np.asarray(values, dtype=float), 9).tolist())

@@ -1,0 +1,182 @@
+"""`track(recording, method, seed)`: evidence to a `Track`, the same bits as the online tracker gives."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import ArmTracker, InputError, TrackingError
+from pytracker.evidence.sightings import Progress, Sightings, sight
+from pytracker.methods import ArmMethod
+from pytracker.recording import Array, Recording
+
+__all__ = ["JointTrack", "Track", "track"]
+
+STRETCH = 200
+"""Frames tracked between two calls of the progress function."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrack:
+    """One joint over time: world, m, `(T, 3)` each; NaN where it was not tracked.
+
+    Attributes:
+        mean: weighted mean.
+        mode: where the cloud is densest.
+        sd: standard deviation per axis.
+        lo: 2.5 % quantile per axis.
+        hi: 97.5 % quantile per axis.
+    """
+
+    mean: Array
+    mode: Array
+    sd: Array
+    lo: Array
+    hi: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What a method made of a recording: one row a camera frame.
+
+    Attributes:
+        method: the method with its parameters.
+        seed: of the random streams.
+        time_s: recording time `(T,)`, s.
+        joints: by name: `wrist`, `elbow`.
+        ess: effective sample size `(T,)`; NaN for a Gaussian method.
+        log_evidence: of each frame's observations `(T,)`; NaN where nothing was observed.
+        valid: whether the frame was tracked and the patch seen, `(T,)`.
+        reason: why not `(T,)`.
+        state_mean: whole state `(T, D)`: position, velocity, then bias and patch offset where estimated.
+        state_covariance: its covariance `(T, D, D)`.
+        sightings: the evidence used.
+        recording: what was tracked.
+        stage_s: run time of each stage, s; never compared.
+        lost: the error that ended the track early; empty where it did not.
+    """
+
+    method: ArmMethod
+    seed: int
+    time_s: Array
+    joints: Mapping[str, JointTrack]
+    ess: Array
+    log_evidence: Array
+    valid: NDArray[np.bool_]
+    reason: tuple[str, ...]
+    state_mean: Array
+    state_covariance: Array
+    sightings: Sightings
+    recording: Recording
+    stage_s: Mapping[str, float] = field(default_factory=dict)
+    lost: str = ""
+
+
+def track(
+    recording: Recording,
+    method: ArmMethod,
+    seed: int = 0,
+    *,
+    sightings: Sightings | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> Track:
+    """Track `recording` by `method`.
+
+    `sightings` are patch centres found before or elsewhere; without them the videos are searched. `threads`
+    limits how many work on a large particle set and does not change the result.
+
+    Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
+    beyond recovery; its `track` attribute then holds the frames before.
+    """
+    began = time.perf_counter()
+    if sightings is None:
+        sightings = sight(recording, progress=progress)
+    seen = time.perf_counter()
+    imu = recording.imus[0]
+    covered = sightings.time_s >= imu.time_s[0]
+    if not covered.any():
+        raise InputError(
+            f"all {len(covered)} frames ({sightings.time_s[0]:.3f} to {sightings.time_s[-1]:.3f} s) come before the first "
+            f"IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
+        )
+    tracker = ArmTracker(recording.arm, [view.camera for view in recording.views], method, seed)
+    tables: list[dict[str, Array]] = []
+    first, used, lost = int(np.argmax(covered)), 0, None
+    for start in range(first, len(covered), STRETCH):
+        stretch = slice(start, start + STRETCH)
+        table, taken, lost = tracker.run(
+            imu.time_s[used:],
+            imu.acc[used:],
+            imu.q_world_sensor[used:],
+            None if imu.gyr is None else imu.gyr[used:],
+            sightings.time_s[stretch],
+            sightings.pixels[stretch],
+            first_frame=start,
+            threads=threads,
+        )
+        tables.append(table)
+        used += taken
+        if progress is not None:
+            progress("track", min(stretch.stop, len(covered)))
+        if lost:
+            break
+    whole = {name: np.concatenate([table[name] for table in tables if len(table["ess"])]) for name in tables[0]}
+    stage_s = {"evidence": seen - began, "filter": time.perf_counter() - seen}
+    result = _assemble(recording, method, seed, sightings, first, whole, stage_s, lost or "")
+    if lost:
+        error = TrackingError(lost)
+        error.track = result
+        raise error
+    return result
+
+
+def _assemble(
+    recording: Recording,
+    method: ArmMethod,
+    seed: int,
+    sightings: Sightings,
+    first: int,
+    table: dict[str, Array],
+    stage_s: dict[str, float],
+    lost: str,
+) -> Track:
+    """Rows for every frame: those that were not tracked hold NaN and a reason."""
+    frames, end = len(sightings.time_s), first + len(table["ess"])
+
+    def rows(values: Array) -> Array:
+        out = np.full((frames, *values.shape[1:]), np.nan)
+        out[first:end] = values
+        return out
+
+    reason = list(sightings.reasons)
+    reason[:first] = ["before the first IMU sample"] * first
+    reason[end:] = ["the track was lost before"] * (frames - end)
+    for frame in np.flatnonzero(sightings.time_s > recording.imus[0].time_s[-1] + method.hold_s):
+        reason[frame] = reason[frame] or "after the last IMU sample"
+    return Track(
+        method=method,
+        seed=seed,
+        time_s=sightings.time_s,
+        joints={
+            joint: JointTrack(
+                rows(table[joint]),
+                *(rows(table[f"{joint}_{quantity}"]) for quantity in ("mode", "sd", "lo", "hi")),
+            )
+            for joint in ("wrist", "elbow")
+        },
+        ess=rows(table["ess"]),
+        log_evidence=rows(table["log_evidence"]),
+        valid=np.array([not words for words in reason]),
+        reason=tuple(reason),
+        state_mean=rows(table["mean"]),
+        state_covariance=rows(table["covariance"]),
+        sightings=sightings,
+        recording=recording,
+        stage_s=stage_s,
+        lost=lost,
+    )
