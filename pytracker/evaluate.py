@@ -7,22 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.recording import Triple, triple
 
 if TYPE_CHECKING:
     from pytracker.recording import Array, Truth
-    from pytracker.track import Track
+    from pytracker.track import JointTrack
 
 __all__ = ["JointScores", "Scores", "evaluate"]
 
 WITHIN_M = 0.05
 """The paper's error band (IV-A, Fig. 7)."""
-
-Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,23 @@ class Scores:
         return asdict(self)
 
 
-def evaluate(track: Track, truth: Truth | None) -> Scores:
+class Scored(Protocol):
+    """What is scored: a `Track`, or one read back from `track.csv`."""
+
+    @property
+    def time_s(self) -> Array:
+        """Recording time `(T,)`, s."""
+
+    @property
+    def joints(self) -> Mapping[str, JointTrack]:
+        """By name."""
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """`(T,)`."""
+
+
+def evaluate(track: Scored, truth: Truth | None) -> Scores:
     """Score every joint that both have. Frames without truth or without a track are counted and left out.
 
     Raises `InputError` where there is no truth, no joint in common or no frame to score.
@@ -89,7 +105,8 @@ def evaluate(track: Track, truth: Truth | None) -> Scores:
     for joint in joints:
         at = truth.at(joint, track.time_s)
         estimate = track.joints[joint]
-        known, tracked = np.isfinite(at).all(axis=1), np.isfinite(estimate.mean).all(axis=1)
+        known = np.isfinite(at.sum(axis=1))
+        tracked = np.isfinite(estimate.mean.sum(axis=1))
         scores[joint] = _score(joint, estimate.mean, estimate.lo, estimate.hi, at, known & tracked)
         without_truth = max(without_truth, int((~known).sum()))
         untracked = max(untracked, int((~tracked).sum()))
@@ -104,16 +121,12 @@ def _score(joint: str, mean: Array, lo: Array, hi: Array, truth: Array, use: np.
     inside = (lo[use] <= truth[use]) & (truth[use] <= hi[use])
     return JointScores(
         frames=int(use.sum()),
-        mean_m=_triple(error.mean(axis=0)),
-        sd_m=_triple(error.std(axis=0)),
+        mean_m=triple(error.mean(axis=0)),
+        sd_m=triple(error.std(axis=0)),
         rms_m=float(np.sqrt((distance**2).mean())),
         worst_m=float(distance.max()),
         worst_frame=int(np.flatnonzero(use)[np.argmax(distance)]),
         within_5cm=float((np.abs(error) <= WITHIN_M).all(axis=1).mean()),
-        coverage=_triple(inside.mean(axis=0)),
-        half_width_m=_triple(((hi - lo)[use] / 2).mean(axis=0)),
+        coverage=triple(inside.mean(axis=0)),
+        half_width_m=triple(((hi - lo)[use] / 2).mean(axis=0)),
     )
-
-
-def _triple(v: Array) -> Triple:
-    return float(v[0]), float(v[1]), float(v[2])

@@ -9,10 +9,11 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
-from pytracker.formats.imu import check, orient, read_imu
+from pytracker.formats.imu import orient, read_imu
+from pytracker.formats.imu_log import check
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.truth_csv import read_truth_csv
-from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View
+from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View, triple
 from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.schema import ArmEntry, CameraEntry, ImuEntry, TruthEntry, read_recording_file
 
@@ -65,7 +66,7 @@ def _view(folder: Path, place: str, entry: CameraEntry, mount: Array) -> View:
         rotation=entry.rotation,
         translation_m=entry.translation_m,
         distortion=entry.distortion,
-        patch_offset_m=_triple(offset),
+        patch_offset_m=triple(offset),
     )
     try:
         check_camera(camera)
@@ -76,8 +77,8 @@ def _view(folder: Path, place: str, entry: CameraEntry, mount: Array) -> View:
     x, y, w, h = entry.patch_box
     if w < 2 or h < 2 or x < 0 or y < 0 or x + w > info.width or y + h > info.height:
         raise InputError(
-            f"{place}: patch_box is {list(entry.patch_box)} (x, y, width, height), expected at least 2 px wide and high "
-            f"and inside the {info.width} x {info.height} px of {file}"
+            f"{place}: patch_box is {list(entry.patch_box)} (x, y, width, height), expected at least 2 px wide and "
+            f"high and inside the {info.width} x {info.height} px of {file}"
         )
     return View(camera=camera, video=file, start_s=entry.start_s, patch_box=entry.patch_box)
 
@@ -113,8 +114,8 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> None:
         end = start + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
         if imu.time_s[-1] < start or imu.time_s[0] > max(end, start):
             raise InputError(
-                f"{view.video} covers {start:.3f} to {end:.3f} s and the IMU {imu.time_s[0]:.3f} to {imu.time_s[-1]:.3f} "
-                "s of recording time, expected them to overlap: check start_s and offset_s"
+                f"{view.video} covers {start:.3f} to {end:.3f} s and the IMU {imu.time_s[0]:.3f} to "
+                f"{imu.time_s[-1]:.3f} s of recording time, expected them to overlap: check start_s and offset_s"
             )
 
 
@@ -153,7 +154,7 @@ def _wrist_start(path: Path, arm: ArmEntry, view: View, imu: Imu, truth: Truth |
     if truth is not None:
         start = truth.at("wrist", np.array([view.start_s]))[0]
         if np.isfinite(start).all():
-            return _triple(start), []
+            return triple(start), []
     return _start_from_ray(path, arm, view, imu)
 
 
@@ -171,18 +172,15 @@ def _start_from_ray(path: Path, arm: ArmEntry, view: View, imu: Imu) -> tuple[Tr
     miss = float(np.linalg.norm(origin + nearest * ray - centre))
     if miss > arm.upper_arm_m + MISS_M:
         raise InputError(
-            f"{path}: the patch's ray passes {miss - arm.upper_arm_m:.2f} m from where the arm can reach, expected at most "
-            f"{MISS_M} m: check camera, shoulder_m, arm lengths and the IMU's heading_deg and mount, or give "
+            f"{path}: the patch's ray passes {miss - arm.upper_arm_m:.2f} m from where the arm can reach, expected at "
+            f"most {MISS_M} m: check camera, shoulder_m, arm lengths and the IMU's heading_deg and mount, or give "
             "arm.wrist_start_m"
         )
     half = float(np.sqrt(max(arm.upper_arm_m**2 - miss**2, 0.0)))
     near, far = origin + (nearest - half) * ray, origin + (nearest + half) * ray
     warning = (
-        f"{path}: arm.wrist_start_m is not given; the patch's ray meets the arm sphere at {np.round(near, 3).tolist()} "
-        f"and {np.round(far, 3).tolist()} m, and the nearer to the camera is taken: give wrist_start_m if it is the other"
+        f"{path}: arm.wrist_start_m is not given; the patch's ray meets the arm sphere at "
+        f"{np.round(near, 3).tolist()} and {np.round(far, 3).tolist()} m; the nearer to "
+        "the camera is taken: give wrist_start_m if it is the other"
     )
-    return _triple(near), [warning]
-
-
-def _triple(v: Array) -> Triple:
-    return float(v[0]), float(v[1]), float(v[2])
+    return triple(near), [warning]

@@ -17,6 +17,12 @@ Array = NDArray[np.float64]
 Triple = tuple[float, float, float]
 Matrix = tuple[Triple, Triple, Triple]
 
+
+def triple(v: Array) -> Triple:
+    """`(3,)` as plain numbers."""
+    return float(v[0]), float(v[1]), float(v[2])
+
+
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 

@@ -22,12 +22,12 @@ def multiply(a: Array, b: Array) -> Array:
     """Hamilton product of `(..., 4)` and `(..., 4)`: `q_a_b * q_b_c` is `q_a_c`."""
     aw, av, bw, bv = a[..., :1], a[..., 1:], b[..., :1], b[..., 1:]
     w = aw * bw - np.sum(av * bv, axis=-1, keepdims=True)
-    return np.concatenate([w, aw * bv + bw * av + np.cross(av, bv)], axis=-1)
+    return np.asarray(np.concatenate([w, aw * bv + bw * av + np.cross(av, bv)], axis=-1))
 
 
 def conjugate(q: Array) -> Array:
     """The inverse rotation of unit quaternions `(..., 4)`."""
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    return np.asarray(q * np.array([1.0, -1.0, -1.0, -1.0]))
 
 
 def rotate(q: Array, v: Array) -> Array:

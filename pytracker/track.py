@@ -101,8 +101,8 @@ def track(
     covered = sightings.time_s >= imu.time_s[0]
     if not covered.any():
         raise InputError(
-            f"all {len(covered)} frames ({sightings.time_s[0]:.3f} to {sightings.time_s[-1]:.3f} s) come before the first "
-            f"IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
+            f"all {len(covered)} frames ({sightings.time_s[0]:.3f} to {sightings.time_s[-1]:.3f} s) come before the "
+            f"first IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
         )
     tracker = ArmTracker(recording.arm, [view.camera for view in recording.views], method, seed)
     tables: list[dict[str, Array]] = []

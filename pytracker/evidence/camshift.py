@@ -119,9 +119,15 @@ class PatchTracker:
         self._box = found.box
         self._lost = 0
         self._candidates: list[Float] = []
+        self._others: list[Float] = []
+        self._last_image: Image | None = None
 
     def update(self, image: Image) -> PatchSighting:
         """Look for the patch in the next frame, BGR `(H, W, 3)`."""
+        if self._last_image is not None and np.array_equal(image, self._last_image):
+            # A camera that was late shows its last image again: where the patch was then is not where it is now.
+            return PatchSighting((np.nan, np.nan), False, "the frame repeats the one before", 1.0, self._box)
+        self._last_image = image
         back = self._back_projection(image)
         found = self._measure(back, self._window(image))
         reason = self._fault(found, back.shape)
@@ -133,15 +139,17 @@ class PatchTracker:
             self._lost += 1
             mass = 0.0 if found is None else found.mass / self._first.mass
             return PatchSighting((np.nan, np.nan), False, reason, mass, self._box)
-        self._accept(found)
+        self._accept(found, back)
         centre = (float(found.centre[0]), float(found.centre[1]))
         return PatchSighting(centre, True, "", found.mass / self._first.mass, found.box)
 
-    def _accept(self, found: _Found) -> None:
+    def _accept(self, found: _Found, back: Image) -> None:
         moved = found.centre - self._centre
         self._velocity = np.zeros(2) if self._lost else moved
         self._centre, self._box, self._lost = found.centre, found.box, 0
         self._candidates = []
+        # What stands beside the patch is not the patch: it must not be taken for it after a loss.
+        self._others = [other.centre for other in self._blobs(back) if not self._near(other.centre, found.centre)]
 
     def _back_projection(self, image: Image) -> Image:
         p = self.parameters
@@ -152,7 +160,7 @@ class PatchTracker:
 
     def _window(self, image: Image) -> Box:
         """Where to look: the last window, carried on by the velocity, never smaller than the patch."""
-        x, y, w, h = self._box
+        _, _, w, h = self._box
         side = int(2 * self._size)
         w, h = max(w, side), max(h, side)
         u, v = self._centre + (self._velocity if self._lost == 0 else 0)
@@ -164,7 +172,7 @@ class PatchTracker:
         if w < 1 or h < 1 or not back[y : y + h, x : x + w].any():
             return None
         criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1.0)
-        rectangle, (x, y, w, h) = cv2.CamShift(back, window, criteria)
+        _, (x, y, w, h) = cv2.CamShift(back, window, criteria)
         if w < 1 or h < 1:
             return None
         margin = max(2, round(0.15 * max(w, h)))
@@ -192,25 +200,41 @@ class PatchTracker:
         jump = float(np.linalg.norm(found.centre - self._centre - self._velocity)) / self._size
         if self._lost == 0 and jump > p.max_jump:
             return f"patch jumped by {jump:.1f} of its size"
+        if self._lost and any(self._near(found.centre, other) for other in self._others):
+            return "something else of the patch's colour"
         if self._lost and not self._agrees(found):
             return "patch found again, not yet believed"
         return ""
 
     def _search(self, back: Image) -> _Found | None:
-        """Look over the whole frame for something of the patch's colour, size and shape."""
+        """Look over the whole frame for the patch, passing over what already stood beside it."""
+        best: _Found | None = None
+        others = []
+        for blob in self._blobs(back):
+            if any(self._near(blob.centre, other) for other in self._others):
+                others.append(blob.centre)
+            elif best is None or blob.mass > best.mass:
+                best = blob
+        # Those that were hidden for now stay known; those that moved are followed.
+        hidden = [other for other in self._others if not any(self._near(other, seen) for seen in others)]
+        self._others = others + hidden
+        return best if best is not None and self._agrees(best) else None
+
+    def _blobs(self, back: Image) -> list[_Found]:
+        """Everything in the frame of the patch's colour, size and shape."""
         patch = cv2.inRange(back, self.parameters.purity, 255)
         contours, _ = cv2.findContours(patch, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-        best: _Found | None = None
+        found = []
         for contour in contours:
-            box = cv2.boundingRect(contour)
-            if box[2] * box[3] < self.parameters.min_mass * self._first.mass:
-                continue
-            found = self._measure(back, (box[0], box[1], box[2], box[3]))
-            if found is not None and self._looks_right(found) and (best is None or found.mass > best.mass):
-                best = found
-        if best is None or not self._agrees(best):
-            return None
-        return best
+            m = cv2.moments(contour)
+            if m["m00"] >= self.parameters.min_mass * self._first.mass:
+                centre = np.array([m["m10"] / m["m00"], m["m01"] / m["m00"]])
+                x, y, w, h = cv2.boundingRect(contour)
+                found.append(_Found(centre, float(m["m00"]), _aspect(m), (x, y, w, h)))
+        return [blob for blob in found if self._looks_right(blob)]
+
+    def _near(self, a: Float, b: Float) -> bool:
+        return bool(np.linalg.norm(a - b) < self.parameters.max_jump * self._size)
 
     def _looks_right(self, found: _Found) -> bool:
         p = self.parameters
@@ -219,7 +243,7 @@ class PatchTracker:
 
     def _agrees(self, found: _Found) -> bool:
         """Whether it was already near here in the last frames: one look is not enough to believe it."""
-        near = [c for c in self._candidates if np.linalg.norm(c - found.centre) < self.parameters.max_jump * self._size]
+        near = [c for c in self._candidates if self._near(c, found.centre)]
         self._candidates = [*near, found.centre]
         return len(self._candidates) >= self.parameters.agree
 
@@ -273,8 +297,10 @@ def _check_box(image: Image, box: Box) -> None:
 
 
 def _contrast_histogram(hsv: Image, box: Box, p: CamshiftParameters) -> NDArray[np.float32]:
-    """Per cell of hue and saturation the chance (0-255) that a pixel of it belongs to the patch, from how often
-    the cell occurs in the box and in the ring around it, equally weighed."""
+    """Per cell of hue and saturation, the chance (0-255) that a pixel of it belongs to the patch.
+
+    From how often the cell occurs in the box and in the ring around it, equally weighed.
+    """
     x, y, w, h = box
     coloured = cv2.inRange(hsv, (0, p.min_saturation, p.min_value), (180, 255, 255))
     inside = np.zeros(hsv.shape[:2], dtype=np.uint8)
@@ -285,8 +311,9 @@ def _contrast_histogram(hsv: Image, box: Box, p: CamshiftParameters) -> NDArray[
     ring[inside > 0] = 0
 
     def share(mask: Image) -> NDArray[np.float32]:
-        counts = cv2.calcHist([hsv], [0, 1], cv2.bitwise_and(mask, coloured), [p.hue_bins, p.saturation_bins],
-                              [0, 180, 0, 256])
+        counts = cv2.calcHist(
+            [hsv], [0, 1], cv2.bitwise_and(mask, coloured), [p.hue_bins, p.saturation_bins], [0, 180, 0, 256]
+        )
         # A patch seen later is lit a little differently: let each cell speak for its neighbours. Hue wraps.
         padded = np.concatenate([counts[-2:], counts, counts[:2]])
         smooth = cv2.GaussianBlur(padded, (3, 3), 0.8)[2:-2]

@@ -41,7 +41,7 @@ class Sightings:
     @property
     def valid(self) -> NDArray[np.bool_]:
         """Whether any camera saw the patch, `(T,)`."""
-        return np.asarray(np.isfinite(self.pixels).all(axis=2).any(axis=1))
+        return _seen(self.pixels)
 
     @staticmethod
     def of(time_s: Array, pixels: Array) -> Sightings:
@@ -50,8 +50,13 @@ class Sightings:
         pixels = pixels[:, None, :] if pixels.ndim == 2 else pixels
         if pixels.ndim != 3 or pixels.shape[2] != 2 or len(pixels) != len(time_s):
             raise InputError(f"pixels have shape {pixels.shape} for {len(time_s)} times, expected (T, 2) or (T, C, 2)")
-        seen = np.isfinite(pixels).all(axis=2).any(axis=1)
+        seen = _seen(pixels)
         return Sightings(np.asarray(time_s, dtype=np.float64), pixels, tuple("" if s else "not seen" for s in seen))
+
+
+def _seen(pixels: Array) -> NDArray[np.bool_]:
+    """Whether any camera saw it, `(T,)`."""
+    return np.asarray(np.isfinite(pixels).all(axis=2).max(axis=1, initial=False), dtype=np.bool_)
 
 
 def sight(
@@ -89,6 +94,6 @@ def _merge(times: list[Array], tracks: list[PatchTrack]) -> Sightings:
         for row, reason in zip(at, track.reason, strict=True):
             if reason:
                 said[row].append(reason if len(tracks) == 1 else f"camera {camera}: {reason}")
-    seen = np.isfinite(pixels).all(axis=2).any(axis=1)
+    seen = _seen(pixels)
     reasons = tuple("" if s else "; ".join(words) or "no camera" for s, words in zip(seen, said, strict=True))
     return Sightings(rows, pixels, reasons, tuple(tracks))

@@ -1,4 +1,4 @@
-"""Any IMU file to one kind of log, and the checks that every log must pass.
+"""Any IMU file to one kind of log, with orientation.
 
 | format | file | reader |
 |---|---|---|
@@ -10,53 +10,21 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.formats import imu_csv, mt9_log, mt_manager
+from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import read_lines
-from pytracker.rotation import rotate
 
-__all__ = ["FORMATS", "ImuLog", "check", "orient", "read_imu"]
+__all__ = ["FORMATS", "orient", "read_imu"]
 
 Float = NDArray[np.float64]
 
 FORMATS = ("auto", "csv", "mt-manager", "mt9-log")
-
-GRAVITY = 9.80665
-NORM_TOLERANCE = 0.02
-RATE_TOLERANCE = 0.05
-GAP_INTERVALS = 1.5
-
-
-@dataclass(frozen=True, eq=False)
-class ImuLog:
-    """What an IMU file holds, in its own time and frames, SI units.
-
-    Attributes:
-        path: the file.
-        lines: line number of every sample, `(M,)`.
-        time_s: `(M,)`, s.
-        acc: specific force, m/s² `(M, 3)`.
-        gyr: turn rate, rad/s `(M, 3)`.
-        mag: magnetic field, any unit `(M, 3)`.
-        q_world_sensor: sensor to the sensor's earth frame, w first `(M, 4)`.
-        rate_hz: as the file states it.
-        warnings: what is odd but usable.
-    """
-
-    path: Path
-    lines: NDArray[np.int64]
-    time_s: Float
-    acc: Float | None = None
-    gyr: Float | None = None
-    mag: Float | None = None
-    q_world_sensor: Float | None = None
-    rate_hz: float | None = None
-    warnings: tuple[str, ...] = ()
 
 
 def read_imu(
@@ -66,8 +34,6 @@ def read_imu(
 
     Raises `InputError` naming file, line, value and expectation. Nothing is judged yet: see `check`.
     """
-    from pytracker.formats import imu_csv, mt9_log, mt_manager
-
     if form not in FORMATS:
         raise InputError(f"IMU format is {form!r}, expected one of: {', '.join(FORMATS)}")
     lines = read_lines(path)
@@ -101,115 +67,18 @@ def _recognise(path: Path, lines: list[str]) -> str:
     )
 
 
-def check(log: ImuLog) -> ImuLog:
-    """Everything that would give a wrong answer quietly; returns the log with unit quaternions and warnings.
-
-    Raises `InputError` for missing acceleration, times that do not increase, a rate that contradicts them,
-    values that are no numbers, quaternions that are not of unit length, acceleration that is in g or shows no
-    gravity, and orientation that contradicts gravity.
-    """
-    if log.acc is None:
-        raise InputError(f"{log.path}: has no acceleration, expected columns acc_x, acc_y, acc_z (Acc_X, Acc_Y, Acc_Z)")
-    if len(log.time_s) < 2:
-        raise InputError(f"{log.path}: has {len(log.time_s)} sample, expected at least 2")
-    _check_numbers(log)
-    warnings = [*log.warnings, *_check_times(log)]
-    _check_gravity(log)
-    if log.q_world_sensor is None:
-        return dataclasses.replace(log, warnings=tuple(warnings))
-    norm = np.linalg.norm(log.q_world_sensor, axis=1)
-    off = np.flatnonzero(np.abs(norm - 1) > NORM_TOLERANCE)
-    if off.size:
-        raise InputError(
-            f"{log.path}:{log.lines[off[0]]}: quaternion has norm {norm[off[0]]:.4f}, expected 1 ± {NORM_TOLERANCE} "
-            f"({off.size} of {len(norm)} samples)"
-        )
-    log = dataclasses.replace(log, q_world_sensor=log.q_world_sensor / norm[:, None], warnings=tuple(warnings))
-    _check_orientation(log)
-    return log
-
-
-def _check_numbers(log: ImuLog) -> None:
-    for name in ("time_s", "acc", "gyr", "q_world_sensor"):
-        values = getattr(log, name)
-        if values is None:
-            continue
-        bad = np.flatnonzero(~np.isfinite(values.reshape(len(values), -1)).all(axis=1))
-        if bad.size:
-            raise InputError(
-                f"{log.path}:{log.lines[bad[0]]}: {name} is {values[bad[0]].tolist()}, expected finite numbers "
-                f"({bad.size} of {len(values)} samples)"
-            )
-
-
-def _check_times(log: ImuLog) -> list[str]:
-    interval = np.diff(log.time_s)
-    back = np.flatnonzero(interval <= 0)
-    if back.size:
-        k = back[0] + 1
-        raise InputError(
-            f"{log.path}:{log.lines[k]}: time {log.time_s[k]:.6f} s after {log.time_s[k - 1]:.6f} s, expected "
-            f"increasing times ({back.size} such rows)"
-        )
-    usual = float(np.median(interval))
-    rate = log.rate_hz
-    if rate is not None and abs(usual * rate - 1) > RATE_TOLERANCE:
-        raise InputError(
-            f"{log.path}: the rate is stated as {rate:g} Hz, but the times are {1 / usual:.2f} Hz apart "
-            f"(median interval {usual:.6f} s), expected them to agree within {RATE_TOLERANCE:.0%}"
-        )
-    gaps = np.flatnonzero(interval > GAP_INTERVALS * usual)
-    if not gaps.size:
-        return []
-    longest = gaps[np.argmax(interval[gaps])]
-    return [
-        f"{log.path}: {gaps.size} gaps between samples, the longest {interval[longest]:.3f} s at line "
-        f"{log.lines[longest + 1]} ({log.time_s[longest]:.3f} s); usual interval {usual:.4f} s"
-    ]
-
-
-def _check_gravity(log: ImuLog) -> None:
-    assert log.acc is not None
-    size = float(np.median(np.linalg.norm(log.acc, axis=1)))
-    if 0.8 < size < 1.25:
-        raise InputError(
-            f"{log.path}: acceleration has a median length of {size:.3f}, which looks like units of g, expected m/s² "
-            "with gravity (about 9.81 at rest)"
-        )
-    if not 6.0 < size < 16.0:
-        raise InputError(
-            f"{log.path}: acceleration has a median length of {size:.3f} m/s², expected about 9.81: the raw reading "
-            "with gravity, not the free acceleration"
-        )
-
-
-def _check_orientation(log: ImuLog) -> None:
-    """Turned to the world and averaged, acceleration is gravity: up, 9.81."""
-    assert log.acc is not None
-    assert log.q_world_sensor is not None
-    mean = rotate(log.q_world_sensor, log.acc).mean(axis=0)
-    if np.linalg.norm(mean - [0.0, 0.0, GRAVITY]) <= 0.35 * GRAVITY:
-        return
-    inverse = rotate(log.q_world_sensor * [1.0, -1.0, -1.0, -1.0], log.acc).mean(axis=0)
-    hint = "orientation that takes sensor vectors to a world with z up, w first"
-    if np.linalg.norm(inverse - [0.0, 0.0, GRAVITY]) <= 0.35 * GRAVITY:
-        hint += "; the inverse fits, so these seem to take the world to the sensor"
-    raise InputError(
-        f"{log.path}: turned by the orientation, the mean acceleration is "
-        f"({mean[0]:.2f}, {mean[1]:.2f}, {mean[2]:.2f}) m/s², expected about (0, 0, 9.81): {hint}"
-    )
-
-
 def orient(log: ImuLog) -> ImuLog:
-    """Fill in orientation from gyroscope, acceleration and, where there is one, the magnetometer, by VQF
-    (Laidig & Seel 2023). Raises `InputError` without a gyroscope."""
+    """Fill in a missing orientation by VQF (Laidig & Seel 2023).
+
+    From gyroscope, acceleration and, where there is one, the magnetometer. Raises `InputError` without a gyroscope.
+    """
     if log.q_world_sensor is not None:
         return log
     if log.gyr is None or log.acc is None:
         raise InputError(
             f"{log.path}: has neither orientation nor a gyroscope, expected q_w, q_x, q_y, q_z or gyr_x, gyr_y, gyr_z"
         )
-    import vqf
+    import vqf  # noqa: PLC0415 - only recordings without orientation pay for it
 
     # VQF wants a steady rate: gaps are bridged on a steady grid, then each sample takes its nearest.
     interval = float(np.median(np.diff(log.time_s)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from pytracker._core import InputError
-from pytracker.formats.imu import ImuLog
+from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import parse_table
 
 __all__ = ["read"]
@@ -29,13 +29,12 @@ def read(path: Path, lines: list[str]) -> ImuLog:
     repeated = sorted({name for name in names if names.count(name) > 1})
     if repeated:
         raise InputError(f"{path}:{first + 1}: column {repeated[0]!r} stands more than once, expected each name once")
-    for group in (("time_s",), ACC):
-        missing = [name for name in group if name not in names]
-        if missing:
-            raise InputError(
-                f"{path}:{first + 1}: header has no column {', '.join(missing)} (it has {', '.join(names)[:200]}), "
-                "expected time_s, acc_x, acc_y, acc_z and any of gyr_*, mag_*, q_*"
-            )
+    missing = [name for name in ("time_s", *ACC) if name not in names]
+    if missing:
+        raise InputError(
+            f"{path}:{first + 1}: header has no column {', '.join(missing)} (it has {', '.join(names)[:200]}), "
+            "expected time_s, acc_x, acc_y, acc_z and any of gyr_*, mag_*, q_*"
+        )
     for group in (GYR, MAG, QUATERNION):
         there = [name for name in group if name in names]
         if there and len(there) < len(group):

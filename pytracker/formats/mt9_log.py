@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu import ImuLog
+from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import Table, parse_table, read_lines
 from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion
 
@@ -37,9 +37,11 @@ def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
     if table.values.shape[1] != CALIBRATED:
         raise InputError(
             f"{path}:{table.lines[0]}: row has {table.values.shape[1]} columns, expected {CALIBRATED}: the MT9 log of "
-            "calibrated data (time, acc xyz, gyr xyz, mag xyz, temperature); an orientation log goes into orientation_file"
+            "calibrated data (time, acc xyz, gyr xyz, mag xyz, temperature); an orientation log goes into "
+            "orientation_file"
         )
-    values, numbers, warnings = table.values, table.lines, ()
+    values, numbers = table.values, table.lines
+    warnings: tuple[str, ...] = ()
     q = None
     if orientation_file is not None:
         orientation = _parse(orientation_file, read_lines(orientation_file))
@@ -47,7 +49,9 @@ def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
         q = _quaternions(orientation)[there]
         lost = len(values) + len(orientation.values) - 2 * len(here)
         if lost:
-            warnings = (f"{path} and {orientation_file}: {lost} rows have no partner of the same time and are left out",)
+            warnings = (
+                f"{path} and {orientation_file}: {lost} rows have no partner of the same time and are left out",
+            )
         values, numbers = values[here], numbers[here]
     return ImuLog(
         path=path,
@@ -71,8 +75,8 @@ def _quaternions(table: Table) -> Float:
     columns = table.values.shape[1]
     if columns not in ORIENTATION:
         raise InputError(
-            f"{table.path}:{table.lines[0]}: row has {columns} columns, expected 5 (time, q0..q3), 4 (time, roll, pitch, "
-            "yaw) or 10 (time, matrix)"
+            f"{table.path}:{table.lines[0]}: row has {columns} columns, expected 5 (time, q0..q3), 4 (time, roll, "
+            "pitch, yaw) or 10 (time, matrix)"
         )
     if not np.isfinite(table.values).all():
         row = int(np.flatnonzero(~np.isfinite(table.values).all(axis=1))[0])
@@ -92,8 +96,8 @@ def _same_times(a: Table, b: Table) -> tuple[NDArray[np.int64], NDArray[np.int64
         if back.size:
             k = back[0] + 1
             raise InputError(
-                f"{table.path}:{table.lines[k]}: time {table.values[k, 0]} s after {table.values[k - 1, 0]} s, expected "
-                "increasing times"
+                f"{table.path}:{table.lines[k]}: time {table.values[k, 0]} s after {table.values[k - 1, 0]} s, "
+                "expected increasing times"
             )
     at = np.clip(np.searchsorted(b.values[:, 0], a.values[:, 0] - SAME_TIME_S), 0, len(b.values) - 1)
     same = np.abs(b.values[at, 0] - a.values[:, 0]) <= SAME_TIME_S

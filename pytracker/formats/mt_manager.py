@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu import ImuLog
+from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import Table, parse_table
 from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion
 
@@ -49,7 +49,9 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
         names = names[:-1]
     wanted = {COUNTER, FINE, *ACC, *GYR, *MAG, *QUATERNION, *MATRIX, *EULER}
     if not wanted & set(names):
-        raise InputError(f"{path}:{first + 1}: header {header[:80]!r} names no known column, expected Acc_X, Quat_q0 ...")
+        raise InputError(
+            f"{path}:{first + 1}: header {header[:80]!r} names no known column, expected Acc_X, Quat_q0 ..."
+        )
     table = parse_table(path, lines, first + 1, names, delimiter, wanted)
     table, warnings = _without_lost_samples(table)
     rate = rate_hz if rate_hz is not None else _stated_rate(path, lines[:first])
@@ -95,7 +97,7 @@ def _without_lost_samples(table: Table) -> tuple[Table, tuple[str, ...]]:
     values = table.columns(*columns)
     if values is None or not columns:
         return table, ()
-    lost = ~np.isfinite(values).all(axis=1)
+    lost = ~np.isfinite(values.sum(axis=1))
     if lost.all():
         raise InputError(f"{table.path}: no row has all of {', '.join(columns)[:120]}, expected numbers")
     if not lost.any():

@@ -74,7 +74,9 @@ def read_qualisys(path: Path | str) -> Markers:
         if not (np.diff(time_s) > 0).all() or not np.isfinite(time_s).all():
             raise InputError(f"{path}: the Time column does not increase, expected seconds from row to row")
     elif rate is None:
-        raise InputError(f"{path}: FREQUENCY is {header.get('FREQUENCY', ['missing'])[0]!r} and there is no Time column")
+        raise InputError(
+            f"{path}: FREQUENCY is {header.get('FREQUENCY', ['missing'])[0]!r} and there is no Time column"
+        )
     else:
         time_s = np.arange(len(rows)) / rate
     points = rows[:, leading:].reshape(len(rows), len(names), 3) / 1000.0

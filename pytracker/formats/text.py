@@ -92,9 +92,7 @@ def parse_table(
             continue
         cells = _split_cells(line, delimiter, len(names))
         if len(cells) != len(names):
-            raise InputError(
-                f"{path}:{index + 1}: row has {len(cells)} cells, expected {len(names)} as the header has"
-            )
+            raise InputError(f"{path}:{index + 1}: row has {len(cells)} cells, expected {len(names)} as the header has")
         rows.append([number(cells[k], path, index + 1, name) for k, name in kept])
         numbers.append(index + 1)
     if not rows:
@@ -104,15 +102,15 @@ def parse_table(
 
 
 def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:
-    """Cells of a row. A trailing delimiter is forgiven; where spaces delimit and empty cells have run together,
-    the missing ones are taken to stand after the first."""
+    """Cells of a row; a trailing delimiter is forgiven.
+
+    Where spaces delimit and empty cells have run together, the missing ones are taken to stand after the first.
+    """
     cells = line.split(delimiter)
     if len(cells) == expected + 1 and not cells[-1].strip():
         cells = cells[:-1]
     if delimiter == " " and len(cells) != expected:
         words = line.split()
-        if 1 < len(words) < expected:
-            cells = [words[0], *[""] * (expected - len(words)), *words[1:]]
-        else:
-            cells = words
+        missing = [""] * max(0, expected - len(words))
+        cells = [*words[:1], *missing, *words[1:]]
     return cells

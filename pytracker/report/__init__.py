@@ -1,2 +1,16 @@
-"""Tracks and scores."""
-def write_report(): ...
+"""What a run leaves behind: `write_report` makes a folder of CSV, JSON, figures, overlay video and one HTML page.
+
+| file | what |
+|---|---|
+| `track.csv` (`track-<n>-<method>.csv` where there are several) | one row a frame, see `tables` |
+| `metadata.json` | version, methods with every parameter, seeds, files with hashes, machine, run time |
+| `scores.json` | where the recording has truth |
+| `overlay.mp4` | the video with what was tracked drawn over it |
+| `index.html` | one page that a clinician can print |
+"""
+
+from __future__ import annotations
+
+from pytracker.report.write import write_report
+
+__all__ = ["write_report"]

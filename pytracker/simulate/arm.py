@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View
+from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View, triple
 from pytracker.rotation import axes_to_quaternion, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate.patterns import PATTERNS
 
@@ -107,7 +107,9 @@ class ArmSimulation:
         reach = np.linalg.norm(self.wrist(self.frame_time_s) - self.shoulder(self.frame_time_s), axis=1)
         longest = self.scene.upper_arm_m + self.scene.forearm_m
         if reach.max() >= longest:
-            raise InputError(f"the pattern is {reach.max():.3f} m from the shoulder, expected less than {longest:.3f} m")
+            raise InputError(
+                f"the pattern is {reach.max():.3f} m from the shoulder, expected less than {longest:.3f} m"
+            )
 
     def _rng(self, what: str) -> np.random.Generator:
         return np.random.default_rng([self.seed, *what.encode()])
@@ -157,7 +159,7 @@ class ArmSimulation:
             shoulder_m=s.shoulder_m,
             upper_arm_m=s.upper_arm_m,
             forearm_m=s.forearm_m,
-            wrist_start_m=(float(start[0]), float(start[1]), float(start[2])),
+            wrist_start_m=triple(start),
         )
 
     @cached_property
@@ -186,9 +188,7 @@ class ArmSimulation:
         gyr = rate + s.gyr_bias * _direction(rng) + s.gyr_noise * rng.standard_normal(size)
         half = np.deg2rad(s.orientation_error_deg) / np.sqrt(2)
         error = half * (_direction(rng) + _slow(time_s, rng))
-        return Imu(
-            time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr
-        )
+        return Imu(time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr)
 
     def patch(self, time_s: Array) -> Array:
         """Centre of the patch, world, m `(T, 3)`."""
@@ -232,9 +232,7 @@ def look_at(
 ) -> Camera:
     """A camera at `distance_m` from `centre_m`; azimuth 0 faces the subject, looking along -y."""
     azimuth, elevation = np.deg2rad(azimuth_deg), np.deg2rad(elevation_deg)
-    away = np.array(
-        [-np.sin(azimuth) * np.cos(elevation), np.cos(azimuth) * np.cos(elevation), np.sin(elevation)]
-    )
+    away = np.array([-np.sin(azimuth) * np.cos(elevation), np.cos(azimuth) * np.cos(elevation), np.sin(elevation)])
     forward = -away
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
@@ -243,8 +241,8 @@ def look_at(
     width, height = IMAGE_SIZE
     return Camera(
         matrix=((FOCAL_PX, 0.0, width / 2), (0.0, FOCAL_PX, height / 2), (0.0, 0.0, 1.0)),
-        rotation=tuple(map(tuple, rotation.tolist())),
-        translation_m=tuple(translation.tolist()),
+        rotation=(triple(rotation[0]), triple(rotation[1]), triple(rotation[2])),
+        translation_m=triple(translation),
         patch_offset_m=patch_offset_m,
     )
 

@@ -1,6 +1,7 @@
 """What the simulated camera sees: a wall, the subject's trunk, a wooden table, an arm with a green patch.
 
-Limbs are tapered capsules with a lit ridge, drawn from far to near; the patch is a box on the forearm, at its offset. Blur, a slow change of light and pixel noise come last.
+Limbs are tapered capsules with a lit ridge, drawn from far to near; the patch is a box on the
+forearm, at its offset. Blur, a slow change of light and pixel noise come last.
 """
 
 from __future__ import annotations
@@ -72,16 +73,25 @@ def _arm(image: Image, camera: Camera, shoulder: Array, elbow: Array, wrist: Arr
 def _trunk(image: Image, camera: Camera, shoulder: Array) -> None:
     """Trunk, head and the other shoulder, which stay where they are."""
     neck = shoulder + np.array([-0.18, -0.02, 0.04])
-    _capsule(image, camera, neck + [0, 0, 0.02], neck + [0, 0.01, 0.10], 0.05, 0.05, SKIN)
-    _capsule(image, camera, neck + [0, 0.01, 0.16], neck + [0, 0.02, 0.23], 0.072, 0.080, SKIN)
-    _capsule(image, camera, neck + [0, -0.03, 0.24], neck + [0, -0.01, 0.27], 0.085, 0.080, HAIR)
-    _capsule(image, camera, neck + [0, 0, -0.40], neck + [0, 0, -0.10], 0.15, 0.16, SLEEVE)
-    _capsule(image, camera, neck + [-0.18, 0, -0.05], neck + [0.16, 0, -0.05], 0.065, 0.065, SLEEVE)
-    _capsule(image, camera, neck + [-0.20, 0, -0.06], neck + [-0.24, 0.04, -0.33], 0.055, 0.045, SLEEVE)
+    for start, end, radius_start, radius_end, colour in (
+        ((0.0, 0.0, 0.02), (0.0, 0.01, 0.10), 0.05, 0.05, SKIN),
+        ((0.0, 0.01, 0.16), (0.0, 0.02, 0.23), 0.072, 0.080, SKIN),
+        ((0.0, -0.03, 0.24), (0.0, -0.01, 0.27), 0.085, 0.080, HAIR),
+        ((0.0, 0.0, -0.40), (0.0, 0.0, -0.10), 0.15, 0.16, SLEEVE),
+        ((-0.18, 0.0, -0.05), (0.16, 0.0, -0.05), 0.065, 0.065, SLEEVE),
+        ((-0.20, 0.0, -0.06), (-0.24, 0.04, -0.33), 0.055, 0.045, SLEEVE),
+    ):
+        _capsule(image, camera, neck + np.array(start), neck + np.array(end), radius_start, radius_end, colour)
 
 
 def _capsule(
-    image: Image, camera: Camera, start: Array, end: Array, radius_start: float, radius_end: float, colour: tuple[int, ...]
+    image: Image,
+    camera: Camera,
+    start: Array,
+    end: Array,
+    radius_start: float,
+    radius_end: float,
+    colour: tuple[int, ...],
 ) -> None:
     """A tapered limb: the hull of its two end balls, drawn from the whole limb to its lit ridge."""
     centres, radius = np.stack([start, end]), np.array([radius_start, radius_end])

@@ -47,8 +47,7 @@ def _video_name(index: int) -> str:
 
 
 def _write_video(path: Path, simulation: ArmSimulation, index: int, progress: Progress | None) -> None:
-    """MPEG-4 at the camera's rate; dropped frames leave a hole in the times that only a container can hold, so
-    they are written as repeats of the frame before, as cameras do."""
+    """MPEG-4 at the camera's rate; a dropped frame is a repeat of the one before, as cameras do it."""
     rate = simulation.scene.frame_rate_hz
     writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), rate, IMAGE_SIZE)
     if not writer.isOpened():

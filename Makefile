@@ -1,0 +1,56 @@
+# Set-up in two commands: `make demo`, `make test`. Each makes its own virtual environment first.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+RUST := Cargo.toml Cargo.lock pyproject.toml $(shell find rust -name '*.rs')
+export CARGO_INCREMENTAL ?= 0
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test acceptance lint format bench bench-peers doc clean
+
+help: ## Show this list
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
+
+# The package with its development tools, built in release mode; again when Rust changes.
+$(VENV)/.installed: $(RUST)
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[dev]'
+	touch $@
+
+demo: $(VENV)/.installed ## Simulate a recording, track it by every method, write report/index.html
+	$(BIN)/pytracker demo --out report --force
+
+test: $(VENV)/.installed ## Run every test, Rust and Python
+	cargo test --locked
+	$(BIN)/python -m pytest
+
+acceptance: $(VENV)/.installed ## The same, failing where the shared data is absent
+	PYTRACKER_ACCEPTANCE=1 $(BIN)/python -m pytest
+
+lint: $(VENV)/.installed ## Formatting, clippy, ruff, mypy, stubtest, documentation
+	cargo fmt --check
+	cargo clippy --locked --all-targets --features python -- -D warnings
+	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
+	$(BIN)/ruff format --check
+	$(BIN)/ruff check
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest pytracker._core
+	$(BIN)/python -W error -m pdoc -o target/pdoc pytracker
+
+format: $(VENV)/.installed ## Format everything
+	cargo fmt
+	$(BIN)/ruff format
+	$(BIN)/ruff check --fix
+
+bench: ## Time the Rust core (criterion); needs no Python
+	cargo bench --locked
+
+bench-peers: $(VENV)/.installed ## Time against a NumPy twin, alternating in one process
+	$(BIN)/python benches/peers.py
+
+doc: $(VENV)/.installed ## API documentation of both sides into target/doc and target/pdoc
+	cargo doc --locked --no-deps
+	$(BIN)/python -m pdoc -o target/pdoc pytracker
+
+clean: ## Remove everything that was made
+	rm -rf target $(VENV) report

@@ -1,0 +1,321 @@
+"""The `pytracker` command: a thin face over the Python calls.
+
+Exit status 0: done; 1: the run failed (the track was lost); 2: bad usage or input. `--debug` before the subcommand
+shows tracebacks.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import difflib
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+import pytracker as pt
+from pytracker.evaluate import Scores
+from pytracker.evidence.grid import write_frame
+from pytracker.methods import METHODS, ArmMethod
+from pytracker.report.labels import labels
+from pytracker.report.tables import read_track
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="pytracker",
+    help="Human motion tracking with particle filters, on a laptop CPU, with honest error bars.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+simulate = typer.Typer(help="Write a simulated recording folder, with truth.", no_args_is_help=True)
+app.add_typer(simulate, name="simulate")
+
+DEMO_METHODS: tuple[ArmMethod, ...] = (
+    pt.Joint(particles=5000, bias=True),
+    pt.Layered(),
+    pt.Plain(),
+    pt.Ekf(corrections=("colour", "arm_length"), bias=True),
+    pt.Ekf(corrections=("colour", "arm_projection")),
+    pt.Ekf(),
+    pt.Inertial(),
+)
+
+Folder = Annotated[Path, typer.Argument(help="Recording folder (holds recording.toml).")]
+Out = Annotated[Path, typer.Option(help="Folder to write; must not exist.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the random streams.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")]
+Quiet = Annotated[bool, typer.Option("--quiet", help="No progress, no tables.")]
+NoReport = Annotated[bool, typer.Option("--no-report", help="Tables only: no page, figures or overlay.")]
+Settings = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="Any other parameter; repeatable.")
+]
+
+
+@app.callback()
+def _options(
+    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
+    version: Annotated[bool, typer.Option("--version", help="Show the version and leave.")] = False,
+) -> None:
+    if version:
+        print(f"pytracker {pt.__version__}")
+        raise typer.Exit
+    # Read again by `main`, which has to know before anything is parsed.
+    del debug
+
+
+@app.command()
+def demo(
+    out: Out = Path("report"),
+    seed: Seed = 7,
+    duration: Annotated[float, typer.Option(min=1.0, help="Length of the recording, s.")] = 20.0,
+    keep: Annotated[Path | None, typer.Option(help="Keep the simulated recording in this folder.")] = None,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate a table-top circle, track it by every method, print the comparison and write a report."""
+    _must_be_new(out, force)
+    with tempfile.TemporaryDirectory() as scratch, _progress(quiet) as progress:
+        folder = keep or Path(scratch) / "simulated-circle"
+        pt.simulate_arm(folder, pt.ArmScene(duration_s=duration), seed, force=force, progress=progress)
+        recording = pt.load(folder)
+        tracks = _track_all(recording, DEMO_METHODS, seed, progress)
+        pt.write_report(tracks, out, force=force, progress=progress)
+    _print_comparison(tracks, quiet)
+    _say(f"report: {out / 'index.html'}", quiet)
+
+
+@app.command()
+def track(
+    folder: Folder,
+    out: Out,
+    method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = "joint",
+    particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
+    settings: Settings = None,
+    seed: Seed = 0,
+    no_report: NoReport = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Track a recording and write track.csv, metadata.json, scores.json (with truth) and a report page."""
+    chosen = make_method(method, particles, settings or [])
+    _must_be_new(out, force)
+    recording = pt.load(folder)
+    _warn(recording.warnings)
+    with _progress(quiet) as progress:
+        try:
+            result = pt.track(recording, chosen, seed, progress=progress)
+        except pt.TrackingError as error:
+            if hasattr(error, "track"):
+                pt.write_report([error.track], out, force=force, page=not no_report, progress=progress)
+            raise
+        pt.write_report([result], out, force=force, page=not no_report, progress=progress)
+    if recording.truth is not None:
+        _print_comparison([result], quiet)
+    _say(f"wrote {out}", quiet)
+
+
+@app.command()
+def report(
+    folder: Folder,
+    out: Out,
+    method: Annotated[list[str] | None, typer.Option(help=f"Repeatable; one of: {', '.join(METHODS)}.")] = None,
+    seed: Seed = 0,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Track a recording by several methods and write one page that compares them."""
+    _must_be_new(out, force)
+    chosen = tuple(make_method(name, None, []) for name in method) if method else DEMO_METHODS
+    recording = pt.load(folder)
+    _warn(recording.warnings)
+    with _progress(quiet) as progress:
+        tracks = _track_all(recording, chosen, seed, progress)
+        pt.write_report(tracks, out, force=force, progress=progress)
+    if recording.truth is not None:
+        _print_comparison(tracks, quiet)
+    _say(f"report: {out / 'index.html'}", quiet)
+
+
+@app.command()
+def evaluate(
+    folder: Folder, results: Annotated[list[Path], typer.Argument(help="track.csv files, or folders that hold one.")]
+) -> None:
+    """Score track.csv files against the recording's truth; prints JSON."""
+    truth = pt.load(folder).truth
+    scores = {}
+    for path in results:
+        file = path / "track.csv" if path.is_dir() else path
+        scores[str(path)] = pt.evaluate(read_track(file), truth).as_dict()
+    print(json.dumps(scores, indent=2))
+
+
+@app.command()
+def frame(
+    folder: Folder,
+    out: Annotated[Path, typer.Option(help="PNG to write.")] = Path("frame.png"),
+    camera: Annotated[int, typer.Option(min=0, help="Which camera.")] = 0,
+    number: Annotated[int, typer.Option("--frame", min=0, help="Which frame.")] = 0,
+) -> None:
+    """Write one frame with a pixel grid, to choose patch_box without a window."""
+    write_frame(folder, out, camera, number)
+    print(f"wrote {out}")
+
+
+@simulate.command("arm")
+def simulate_arm(
+    out: Annotated[Path, typer.Argument(help="Folder to write; must not exist.")],
+    settings: Settings = None,
+    seed: Seed = 0,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """A subject at a table: video, IMU, truth. `--set pattern=rectangle`, `--set "occlusions=[[3, 4]]"` and so on."""
+    scene = pt.ArmScene(**_parse(pt.ArmScene, settings or []))
+    with _progress(quiet) as progress:
+        pt.simulate_arm(out, scene, seed, force=force, progress=progress)
+    _say(f"wrote {out}", quiet)
+
+
+def make_method(name: str, particles: int | None, settings: list[str]) -> ArmMethod:
+    """A method from what the command line says. Raises `InputError`.
+
+    `joint` without settings is the package's best: 5000 particles, bias and patch offset estimated.
+    """
+    if name not in METHODS:
+        raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(METHODS)}")
+    values = _parse(METHODS[name], settings)
+    known = {field.name for field in fields(METHODS[name])}
+    if particles is not None:
+        if "particles" not in known:
+            raise pt.InputError(f"--particles does not go with --method {name}, which has none")
+        values["particles"] = particles
+    if METHODS[name] is pt.Joint and not values:
+        values = {"particles": 5000, "bias": True, "offset": True}
+    return METHODS[name](**values)
+
+
+def _parse(cls: type[Any], settings: list[str]) -> dict[str, Any]:
+    """`key=value` pairs; values are JSON, or words as they stand."""
+    known = [field.name for field in fields(cls)]
+    values: dict[str, Any] = {}
+    for setting in settings:
+        key, equals, text = setting.partition("=")
+        if not equals:
+            raise pt.InputError(f"--set {setting!r}, expected KEY=VALUE")
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(known)}"
+            raise pt.InputError(f"--set {key}: {cls.__name__} has no such parameter, {hint}")
+        try:
+            values[key] = _tuples(json.loads(text))
+        except json.JSONDecodeError:
+            values[key] = text
+    return values
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value
+
+
+def _track_all(
+    recording: pt.Recording, methods: tuple[ArmMethod, ...], seed: int, progress: Callable[[str, int], None] | None
+) -> list[pt.Track]:
+    """Every method on the same sightings; one that loses the track keeps what it had."""
+    sightings = pt.sight(recording, progress=progress)
+    tracks: list[pt.Track] = []
+    for method in methods:
+        try:
+            tracks.append(pt.track(recording, method, seed, sightings=sightings, progress=progress))
+        except pt.TrackingError as error:
+            if not hasattr(error, "track"):
+                raise
+            tracks.append(error.track)
+    return tracks
+
+
+def _print_comparison(tracks: list[pt.Track], quiet: bool) -> None:
+    """Table I of Tao & Hu: mean error / standard deviation per axis, in cm, and what it leaves out."""
+    if quiet:
+        return
+    table = Table(title="wrist error, cm (mean / sd per axis, as Tao & Hu Table I)", title_justify="left")
+    table.add_column("method")
+    for name in ("x", "y", "z", "3-D RMS", "worst", "±5 cm", "band holds truth"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for name, result in zip(labels(tracks), tracks, strict=True):
+        scores: Scores = pt.evaluate(result, result.recording.truth)
+        s = scores.joints["wrist"]
+        axes = [f"{100 * m:.1f} / {100 * d:.1f}" for m, d in zip(s.mean_m, s.sd_m, strict=True)]
+        lost = f" (lost after {s.frames} frames)" if result.lost else ""
+        held = " ".join(f"{100 * c:.0f}" for c in s.coverage) + " %"
+        table.add_row(
+            name + lost, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", held
+        )
+    Console(width=None if sys.stdout.isatty() else 140).print(table)
+
+
+@contextlib.contextmanager
+def _progress(quiet: bool) -> Iterator[Callable[[str, int], None] | None]:
+    """Stage and frames done, on the error stream; off where that is no terminal."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield None
+        return
+    columns = (
+        TextColumn("{task.description:<18}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} frames"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        tasks: dict[str, Any] = {}
+
+        def advance(stage: str, done: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(stage, total=None)
+            bar.update(tasks[stage], completed=done)
+
+        yield advance
+
+
+def _must_be_new(out: Path, force: bool) -> None:
+    """Say so before the work, not after it."""
+    if out.exists() and not force:
+        raise pt.InputError(f"{out}: already exists, expected a new folder (or --force to replace it)")
+
+
+def _warn(warnings: tuple[str, ...]) -> None:
+    for warning in warnings:
+        print(f"pytracker: warning: {warning}", file=sys.stderr)
+
+
+def _say(words: str, quiet: bool) -> None:
+    if not quiet:
+        print(words)
+
+
+def main() -> None:
+    """Run the command line and leave with its exit status."""
+    debug = "--debug" in sys.argv[1:]
+    try:
+        app()
+    except (pt.InputError, pt.TrackingError, OSError) as error:
+        if debug:
+            raise
+        print(f"pytracker: {error}", file=sys.stderr)
+        sys.exit(1 if isinstance(error, pt.TrackingError) else 2)
+    except Exception as error:
+        if debug:
+            raise
+        print(f"pytracker: internal error: {type(error).__name__}: {error} (--debug shows where)", file=sys.stderr)
+        sys.exit(1)

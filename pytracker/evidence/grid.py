@@ -1,0 +1,62 @@
+"""One frame with a pixel grid, to choose a patch box without a window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.video import Image, frames
+from pytracker.schema import read_recording_file
+
+__all__ = ["draw_grid", "write_frame"]
+
+EVERY_PX = 50
+LINE = (255, 255, 255)
+BOX = (60, 60, 230)
+
+
+def write_frame(folder: Path | str, out: Path, camera: int = 0, number: int = 0) -> None:
+    """Write frame `number` of camera `camera` of the recording in `folder` as PNG, with grid and patch box.
+
+    Works while patch_box is still wrong. Raises `InputError`.
+    """
+    entry = read_recording_file(Path(folder) / "recording.toml")
+    if camera >= len(entry.camera):
+        raise InputError(f"camera is {camera}, expected 0 to {len(entry.camera) - 1}")
+    file = Path(folder) / entry.camera[camera].video
+    last = -1
+    for frame in frames(file):
+        last = frame.index
+        if last == number:
+            image = draw_grid(frame.image, entry.camera[camera].patch_box)
+            ok, png = cv2.imencode(".png", image)
+            assert ok
+            out.write_bytes(png.tobytes())
+            return
+    raise InputError(f"{file}: has frames 0 to {last}, expected one numbered {number}")
+
+
+def draw_grid(image: Image, box: tuple[int, int, int, int]) -> Image:
+    """Lines every 50 px with their coordinates, and the box."""
+    out = image.copy()
+    height, width = out.shape[:2]
+    for x in range(0, width, EVERY_PX):
+        cv2.line(out, (x, 0), (x, height), LINE, 1)
+    for y in range(0, height, EVERY_PX):
+        cv2.line(out, (0, y), (width, y), LINE, 1)
+    out = np.asarray(cv2.addWeighted(out, 0.45, image, 0.55, 0), dtype=np.uint8)
+    for x in range(0, width, EVERY_PX):
+        _number(out, x, (x + 2, 11))
+    for y in range(EVERY_PX, height, EVERY_PX):
+        _number(out, y, (2, y - 3))
+    x, y, w, h = box
+    cv2.rectangle(out, (x, y), (x + w - 1, y + h - 1), BOX, 1)
+    return out
+
+
+def _number(image: Image, value: int, at: tuple[int, int]) -> None:
+    for colour, thickness in (((0, 0, 0), 3), (LINE, 1)):
+        cv2.putText(image, str(value), at, cv2.FONT_HERSHEY_SIMPLEX, 0.38, colour, thickness, cv2.LINE_AA)

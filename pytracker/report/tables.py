@@ -1,0 +1,138 @@
+"""`track.csv`, `metadata.json` and `scores.json`."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import json
+import math
+import os
+import platform
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import InputError, __version__
+from pytracker.evaluate import Scores
+from pytracker.formats.text import parse_table, read_lines
+from pytracker.recording import Array, Recording
+from pytracker.track import JointTrack, Track
+
+__all__ = ["read_track", "write_metadata", "write_scores", "write_track"]
+
+QUANTITIES = (("", "mean"), ("_sd", "sd"), ("_lo", "lo"), ("_hi", "hi"))
+
+
+def write_track(path: Path, track: Track) -> None:
+    """One row a camera frame.
+
+    `time_s, frame`, then for every joint and axis `<joint>_<axis>_m`, `_sd_m`, `_lo_m`, `_hi_m` (95 % band), then
+    `ess, log_evidence, valid, reason`. A cell is empty where there is no value.
+    """
+    names, columns = [], []
+    for joint, rows in track.joints.items():
+        for suffix, quantity in QUANTITIES:
+            values = getattr(rows, quantity)
+            for d, axis in enumerate("xyz"):
+                names.append(f"{joint}_{axis}{suffix}_m")
+                columns.append(values[:, d])
+    columns += [track.ess, track.log_evidence]
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["time_s", "frame", *names, "ess", "log_evidence", "valid", "reason"])
+        for k, time_s in enumerate(track.time_s):
+            numbers = ["" if math.isnan(c[k]) else f"{c[k]:.6f}" for c in columns]
+            writer.writerow([f"{time_s:.6f}", k, *numbers, int(track.valid[k]), track.reason[k]])
+
+
+class TrackFile:
+    """A track read back from `track.csv`: what `evaluate` needs of it.
+
+    Attributes:
+        time_s: recording time `(T,)`, s.
+        joints: by name.
+        valid: whether the frame was tracked and the patch seen, `(T,)`.
+    """
+
+    def __init__(self, time_s: Array, joints: dict[str, JointTrack], valid: np.ndarray) -> None:
+        self.time_s, self.joints, self.valid = time_s, joints, valid
+
+
+def read_track(path: Path) -> TrackFile:
+    """Read `track.csv`. Raises `InputError`."""
+    lines = read_lines(path)
+    names = lines[0].split(",")
+    joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
+    quantity_names = [f"{j}_{a}{s}_m" for j in joints for s, _ in QUANTITIES for a in "xyz"]
+    missing = sorted({"time_s", "valid", *quantity_names} - set(names))
+    if missing or not joints:
+        raise InputError(
+            f"{path}:1: has no column {', '.join(missing) or 'wrist_x_m'}, expected a track.csv of pytracker"
+        )
+    # The reason is free text in the last column; no other column holds a comma.
+    last = len(names) - 1
+    plain = [lines[0], *(",".join([*line.split(",", last)[:last], ""]) for line in lines[1:])]
+    table = parse_table(path, plain, 1, names, ",", {"time_s", "valid", *quantity_names})
+
+    def columns(*wanted: str) -> Array:
+        values = table.columns(*wanted)
+        assert values is not None
+        return values
+
+    tracks = {}
+    for joint in joints:
+        mean, sd, lo, hi = (columns(*(f"{joint}_{a}{s}_m" for a in "xyz")) for s, _ in QUANTITIES)
+        tracks[joint] = JointTrack(mean=mean, mode=mean, sd=sd, lo=lo, hi=hi)
+    return TrackFile(columns("time_s")[:, 0], tracks, columns("valid")[:, 0] > 0)
+
+
+def write_scores(path: Path, scores: Sequence[Scores | None], labels: Sequence[str]) -> None:
+    """Scores by method label."""
+    _json(path, {label: s.as_dict() for label, s in zip(labels, scores, strict=True) if s is not None})
+
+
+def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -> None:
+    """Everything needed to run it again, and how long it took here."""
+    recording = tracks[0].recording
+    _json(
+        path,
+        {
+            "pytracker": __version__,
+            "units": {"length": "m", "time": "s", "angle": "rad", "image": "px"},
+            "frames": {"world": "right-handed, z up", "bands": "2.5 % and 97.5 % quantiles per axis"},
+            "recording": _recording(recording),
+            "tracks": [
+                {
+                    "label": label,
+                    "method": type(track.method).__name__,
+                    "parameters": track.method.parameters(),
+                    "seed": track.seed,
+                    "lost": track.lost,
+                    "run_time_s": {stage: round(seconds, 4) for stage, seconds in track.stage_s.items()},
+                }
+                for track, label in zip(tracks, labels, strict=True)
+            ],
+            "machine": {
+                "system": platform.platform(),
+                "processor": platform.machine(),
+                "cores": os.cpu_count(),
+                "python": platform.python_version(),
+                "numpy": np.__version__,
+            },
+        },
+    )
+
+
+def _recording(recording: Recording) -> dict[str, Any]:
+    return {
+        "folder": None if recording.folder is None else recording.folder.name,
+        "kind": recording.kind,
+        "files": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in recording.files},
+        "warnings": list(recording.warnings),
+    }
+
+
+def _json(path: Path, value: Any) -> None:
+    path.write_text(json.dumps(value, indent=2, ensure_ascii=False) + "\n", "utf-8")

@@ -1,0 +1,73 @@
+"""`write_report(tracks, folder)`: everything of a run, whole or not at all."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from pytracker._core import InputError
+from pytracker.evaluate import Scores, evaluate
+from pytracker.evidence.sightings import Progress
+from pytracker.output import whole_folder
+from pytracker.report.labels import labels as make_labels
+from pytracker.report.tables import write_metadata, write_scores, write_track
+from pytracker.track import Track
+
+__all__ = ["write_report"]
+
+
+def write_report(
+    tracks: Sequence[Track],
+    folder: Path | str,
+    *,
+    force: bool = False,
+    page: bool = True,
+    progress: Progress | None = None,
+) -> Path:
+    """Write tables, overlay and page of `tracks` (of one recording, the one to look at first) into `folder`.
+
+    Without `page` only the tables. Returns the folder. Raises `InputError` for no tracks, tracks of different
+    recordings, or a folder that exists, unless `force`.
+    """
+    if not tracks:
+        raise InputError("write_report was given no track, expected at least one")
+    if any(track.recording is not tracks[0].recording for track in tracks):
+        raise InputError("write_report was given tracks of different recordings, expected one recording")
+    labels = make_labels(tracks)
+    scores = [_scores(track) for track in tracks]
+    with whole_folder(Path(folder), force=force) as out:
+        for number, track in enumerate(tracks):
+            write_track(out / _track_name(number, track, len(tracks)), track)
+        write_metadata(out / "metadata.json", tracks, labels)
+        if any(scores):
+            write_scores(out / "scores.json", scores, labels)
+        if page:
+            _write_page(out, tracks, labels, scores, progress)
+    return Path(folder)
+
+
+def _scores(track: Track) -> Scores | None:
+    return None if track.recording.truth is None else evaluate(track, track.recording.truth)
+
+
+def _track_name(number: int, track: Track, count: int) -> str:
+    return "track.csv" if count == 1 else f"track-{number + 1}-{re.sub('[^a-z]+', '-', track.method.name)}.csv"
+
+
+def _write_page(
+    out: Path, tracks: Sequence[Track], labels: list[str], scores: list[Scores | None], progress: Progress | None
+) -> None:
+    # Matplotlib takes a third of a second to import: only a report pays for it.
+    from pytracker.report.overlay import write_overlay  # noqa: PLC0415
+    from pytracker.report.page import render_page  # noqa: PLC0415
+
+    if progress is not None:
+        progress("report", 0)
+    # The encoder releases the interpreter: the figures are drawn beside it.
+    with ThreadPoolExecutor(1) as pool:
+        overlay = pool.submit(write_overlay, out / "overlay.mp4", tracks[0])
+        page = render_page(tracks, labels, scores, has_overlay=tracks[0].recording.views[0].video is not None)
+        (out / "index.html").write_text(page, "utf-8")
+        overlay.result()
