@@ -89,7 +89,7 @@ def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...
         raise InputError(f"{path}: imu[0].mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
     orientation = folder / entry.orientation_file if entry.orientation_file else None
     log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
-    log = check(orient(check(log)))
+    log = orient(check(log))
     assert log.acc is not None
     assert log.q_world_sensor is not None
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg)]))

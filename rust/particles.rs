@@ -101,7 +101,10 @@ impl BlockMut<'_> {
         &mut self.data[d * BLOCK..d * BLOCK + self.len]
     }
 
-    /// The `K` columns named, in that order; they must differ.
+    /// The `K` columns named, in that order.
+    ///
+    /// # Panics
+    /// When two are the same or one is not there.
     pub fn columns_mut<const K: usize>(&mut self, columns: [usize; K]) -> [&mut [f64]; K] {
         let len = self.len;
         let ranges = columns.map(|d| d * BLOCK..d * BLOCK + len);

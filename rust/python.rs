@@ -2,6 +2,9 @@
 //!
 //! Nothing is computed here, and nothing outside `rust/python` knows Python.
 
+// Arguments are extracted for the call and belong to it.
+#![allow(clippy::needless_pass_by_value)]
+
 mod arm;
 mod estimate;
 mod resample;

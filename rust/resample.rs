@@ -166,7 +166,9 @@ mod tests {
 
     fn counts(ancestors: &[u32], len: usize) -> Vec<usize> {
         let mut counts = vec![0; len];
-        ancestors.iter().for_each(|i| counts[*i as usize] += 1);
+        for i in ancestors {
+            counts[*i as usize] += 1;
+        }
         counts
     }
 

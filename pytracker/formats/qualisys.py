@@ -96,7 +96,7 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, list[str]], int]:
     for index, line in enumerate(lines):
         key, *values = line.split("\t")
         if key.strip() in KEYS:
-            header[key.strip()] = values
+            header[key.strip()] = values or [""]
         elif line.strip() and _is_row(line):
             if not header:
                 raise InputError(f"{path}:1: begins with numbers, expected a QTM header (switch it on in the export)")
@@ -143,14 +143,14 @@ def _rows(path: Path, lines: list[str], first: int, markers: int) -> tuple[Float
 def _whole(path: Path, header: dict[str, list[str]], key: str) -> int | None:
     if key not in header:
         return None
-    text = header[key][0].strip() if header[key] else ""
+    text = header[key][0].strip()
     if not text.isdecimal():
         raise InputError(f"{path}: {key} is {text!r}, expected a whole number")
     return int(text)
 
 
 def _rate(path: Path, header: dict[str, list[str]]) -> float | None:
-    text = header["FREQUENCY"][0].strip() if header.get("FREQUENCY") else ""
+    text = header.get("FREQUENCY", [""])[0].strip()
     if text.upper() in {"", "EXT"}:
         return None
     try:

@@ -25,14 +25,14 @@ def read_lines(path: Path) -> list[str]:
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     raw = path.read_bytes()
-    if not raw.strip():
-        raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
     if b"\0" in raw[:4096]:
         raise InputError(f"{path}: is a binary file, expected text")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = raw.decode("latin-1")
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
     return text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
 
 

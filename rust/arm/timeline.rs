@@ -128,3 +128,63 @@ impl Default for Timeline {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::state::Noise;
+
+    fn noise() -> Noise {
+        Noise {
+            accel_density: 0.1,
+            gap_density: 1.0,
+            hold_s: 0.1,
+            position_start_sd: 0.0,
+            velocity_start_sd: 0.0,
+            walk_density: 0.0,
+            pixel_sd: 1.0,
+            outlier_fraction: 0.0,
+            arm_length_sd: 0.01,
+            bias: None,
+            offset: None,
+        }
+    }
+
+    fn sample(time_s: f64, x: f64) -> Sample {
+        let acceleration = Vector3::new(x, 0.0, GRAVITY);
+        Sample { time_s, acceleration, world_sensor: Quaternion::identity(), turn_rate: None }
+    }
+
+    #[test]
+    fn rest_reads_plus_g() {
+        let mut timeline = Timeline::new();
+        timeline.take(&sample(0.0, 0.0), &noise()).unwrap();
+        timeline.reach_frame(0.1, &noise()).unwrap();
+        assert_eq!(timeline.pending().input, nalgebra::Matrix3::zeros());
+    }
+
+    /// A sample holds from its own time on, and a frame splits the interval.
+    #[test]
+    fn a_frame_splits_the_interval() {
+        let mut timeline = Timeline::new();
+        timeline.take(&sample(0.0, 1.0), &noise()).unwrap();
+        timeline.reach_frame(0.03, &noise()).unwrap();
+        assert!((timeline.pending().input[(1, 0)] - 0.03).abs() < 1e-15);
+        timeline.clear_pending();
+        timeline.take(&sample(0.04, 5.0), &noise()).unwrap();
+        timeline.reach_frame(0.07, &noise()).unwrap();
+        assert!((timeline.pending().input[(1, 0)] - (0.01 + 0.15)).abs() < 1e-15);
+    }
+
+    /// Beyond `hold_s` an old sample says nothing, and the noise is larger.
+    #[test]
+    fn a_gap_is_not_filled_with_an_old_sample() {
+        let mut timeline = Timeline::new();
+        timeline.take(&sample(0.0, 1.0), &noise()).unwrap();
+        timeline.reach_frame(0.6, &noise()).unwrap();
+        let pending = timeline.pending();
+        assert!((pending.input[(1, 0)] - 0.1).abs() < 1e-15);
+        assert!((pending.noise[(1, 1)] - (0.01 * 0.1 + 1.0 * 0.5)).abs() < 1e-12);
+        assert!((pending.elapsed_s - 0.6).abs() < 1e-15);
+    }
+}

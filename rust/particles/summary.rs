@@ -159,7 +159,9 @@ pub(super) fn mode<const K: usize>(set: &ParticleSet) -> SVector<f64, K> {
         let all = block_covariance(block, w, &DVector::from_column_slice(mean.as_slice()));
         SMatrix::<f64, K, K>::from_fn(|r, c| all[(r, c)])
     });
-    parts.iter().for_each(|part| scatter += part);
+    for part in &parts {
+        scatter += part;
+    }
     let axis = principal_axis(&scatter);
     let along: Vec<Vec<f64>> = set.block_values(|block, _| {
         let mut x = vec![0.0; block.len()];

@@ -18,6 +18,7 @@ use pyo3::types::{PyBytes, PyDict};
 
 /// `pytracker.Arm`, read.
 #[derive(FromPyObject)]
+#[allow(clippy::struct_field_names)] // the names are Python's
 struct ArmArgument {
     shoulder_m: [f64; 3],
     upper_arm_m: f64,
@@ -152,15 +153,6 @@ pub fn check_camera(camera: CameraArgument) -> PyResult<()> {
 #[pyclass(module = "pytracker._core")]
 pub struct ArmTracker(arm::ArmTracker);
 
-/// One camera or several.
-#[derive(FromPyObject)]
-enum Cameras {
-    #[pyo3(transparent)]
-    Several(Vec<CameraArgument>),
-    #[pyo3(transparent)]
-    One(CameraArgument),
-}
-
 /// `None`, a pixel of the only camera, or one pixel a camera.
 #[derive(FromPyObject)]
 enum Pixels {
@@ -181,22 +173,17 @@ impl ArmTracker {
     #[pyo3(signature = (arm, cameras, method, seed = 0))]
     fn new(
         arm: ArmArgument,
-        cameras: Cameras,
+        #[pyo3(from_py_with = extract_views)] cameras: Vec<View>,
         #[pyo3(from_py_with = extract_method)] method: (Noise, Method),
         seed: u64,
     ) -> PyResult<Self> {
-        let cameras = match cameras {
-            Cameras::Several(several) => several,
-            Cameras::One(one) => vec![one],
-        };
         let arm = Arm {
             shoulder: arm.shoulder_m.into(),
             upper_arm_m: arm.upper_arm_m,
             forearm_m: arm.forearm_m,
             wrist_start: arm.wrist_start_m.into(),
         };
-        let views = cameras.into_iter().map(View::try_from).collect::<Result<_>>()?;
-        Ok(Self(arm::ArmTracker::new(arm, views, method.0, method.1, seed)?))
+        Ok(Self(arm::ArmTracker::new(arm, cameras, method.0, method.1, seed)?))
     }
 
     /// Take an IMU sample: time in s, specific force `(3,)` in m/s², orientation `(4,)` sensor to world (w
@@ -288,6 +275,15 @@ impl ArmTracker {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
         Ok((py.get_type::<Self>().getattr("restore")?, (self.save(py)?,)))
     }
+}
+
+/// One camera or a list of them.
+fn extract_views(cameras: &Bound<'_, PyAny>) -> PyResult<Vec<View>> {
+    let several = match cameras.extract::<CameraArgument>() {
+        Ok(one) => vec![one],
+        Err(_) => cameras.extract()?,
+    };
+    Ok(several.into_iter().map(View::try_from).collect::<Result<_>>()?)
 }
 
 fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {

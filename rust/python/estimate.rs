@@ -92,11 +92,14 @@ impl Estimate {
     }
 }
 
+/// Picks a joint of an estimate.
+type Joint = fn(&arm::Estimate) -> &arm::Point;
+
 /// One row an estimate, by name; a quantity that the method does not have is left out or NaN.
 pub fn table<'py>(py: Python<'py>, estimates: &[arm::Estimate]) -> PyResult<Bound<'py, PyDict>> {
     let out = PyDict::new(py);
-    let points: [(&str, fn(&arm::Estimate) -> &arm::Point); 2] = [("wrist", |e| &e.wrist), ("elbow", |e| &e.elbow)];
-    for (joint, point) in points {
+    let joints: [(&str, Joint); 2] = [("wrist", |e| &e.wrist), ("elbow", |e| &e.elbow)];
+    for (joint, point) in joints {
         out.set_item(joint, triples(py, estimates, |e| point(e).mean.as_slice())?)?;
         out.set_item(format!("{joint}_mode"), triples(py, estimates, |e| point(e).mode.as_slice())?)?;
         out.set_item(format!("{joint}_sd"), triples(py, estimates, |e| point(e).sd.as_slice())?)?;

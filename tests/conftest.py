@@ -1,0 +1,47 @@
+"""Fixtures: the shared data where it is, simulated recordings made once."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import settings
+
+import pytracker as pt
+
+SHARED = Path(__file__).parents[2] / "shared"
+
+settings.register_profile("default", deadline=None, derandomize=True)
+settings.register_profile("long", deadline=None, max_examples=5000)
+settings.load_profile(os.environ.get("PYTRACKER_HYPOTHESIS", "default"))
+
+
+@pytest.fixture(scope="session")
+def shared() -> Callable[[str], Path]:
+    """Path below the shared data; skips, or fails under `make acceptance`, where it is absent."""
+
+    def find(path: str) -> Path:
+        found = SHARED / path
+        if not found.exists():
+            reason = f"needs shared data that is not part of the project: {path}"
+            if os.environ.get("PYTRACKER_ACCEPTANCE"):
+                pytest.fail(reason)
+            pytest.skip(reason)
+        return found
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short simulated recording folder; copy it before changing it."""
+    folder = tmp_path_factory.mktemp("recordings") / "circle"
+    return pt.simulate_arm(folder, pt.ArmScene(duration_s=3.0), seed=11)
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(5)

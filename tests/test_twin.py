@@ -1,0 +1,106 @@
+"""The Rust core against plain NumPy: the EKF to the last digits, the particle filter in distribution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy_twin import NumpyLayered, resample_residual
+from numpy.typing import NDArray
+
+import pytracker as pt
+from pytracker.rotation import rotate
+
+Float = NDArray[np.float64]
+
+
+def samples_per_frame(simulation: pt.ArmSimulation) -> list[tuple[list[tuple[float, Float, Float]], Float]]:
+    """For every frame: (interval, acceleration, orientation) since the last, and the orientation there."""
+    imu = simulation.imu
+    frames, last = [], None
+    for time_s in simulation.frame_time_s:
+        steps = []
+        if last is not None:
+            edges = [last, *imu.time_s[(imu.time_s > last) & (imu.time_s < time_s)], time_s]
+            for start, end in zip(edges[:-1], edges[1:], strict=True):
+                k = int(np.searchsorted(imu.time_s, start + 1e-9) - 1)
+                steps.append((end - start, imu.acc[k], imu.q_world_sensor[k]))
+        k = int(np.searchsorted(imu.time_s, time_s + 1e-9) - 1)
+        frames.append((steps, imu.q_world_sensor[k]))
+        last = time_s
+    return frames
+
+
+def without_gyroscope(simulation: pt.ArmSimulation) -> pt.Recording:
+    recording = simulation.recording()
+    imu = recording.imus[0]
+    plain = pt.Imu(time_s=imu.time_s, acc=imu.acc, q_world_sensor=imu.q_world_sensor)
+    return pt.Recording(kind="arm", views=recording.views, imus=(plain,), arm=recording.arm, truth=recording.truth)
+
+
+@pytest.fixture(scope="module")
+def simulation() -> pt.ArmSimulation:
+    return pt.ArmSimulation(pt.ArmScene(duration_s=2.0), seed=21)
+
+
+def test_ekf_is_the_textbook(simulation: pt.ArmSimulation) -> None:
+    """Written out once more, with numerical slopes."""
+    method = pt.Ekf(corrections=("colour", "arm_length"))
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings())
+    track = pt.track(without_gyroscope(simulation), method, sightings=sightings)
+    arm, camera = simulation.arm, simulation.cameras[0]
+    mean = np.array([*arm.wrist_start_m, 0, 0, 0], dtype=float)
+    covariance = np.diag([0.02**2] * 6)
+    for k, (steps, q) in enumerate(samples_per_frame(simulation)):
+        for dt, acc, orientation in steps:
+            a = rotate(orientation, acc) - [0, 0, 9.80665]
+            f = np.block([[np.eye(3), dt * np.eye(3)], [np.zeros((3, 3)), np.eye(3)]])
+            g = np.concatenate([dt**3 / 6 * np.eye(3), dt**2 * np.eye(3)]) * 0.1 / dt**1.5
+            mean = f @ mean + np.concatenate([dt * dt / 2 * a, dt * a])
+            covariance = f @ covariance @ f.T + g @ g.T
+        forearm = rotate(q, np.array([0, arm.forearm_m, 0]))
+
+        def length(x: Float, forearm: Float = forearm) -> Float:
+            return np.atleast_1d(np.linalg.norm(x[:3] + forearm - arm.shoulder_m))
+
+        def pixel(x: Float) -> Float:
+            return camera.project(x[None, :3])[0]
+
+        for h, z, r in ((pixel, sightings.pixels[k, 0], 16.0), (length, np.array([arm.upper_arm_m]), 1e-4)):
+            slope = np.stack([(h(mean + e) - h(mean - e)) / 2e-6 for e in 1e-6 * np.eye(6)], axis=1)
+            gain = covariance @ slope.T @ np.linalg.inv(slope @ covariance @ slope.T + r * np.eye(len(z)))
+            mean = mean + gain @ (z - h(mean))
+            covariance = covariance - gain @ slope @ covariance
+        assert np.allclose(track.state_mean[k], mean, atol=1e-6), k
+        assert np.allclose(track.state_covariance[k], covariance, atol=1e-7), k
+
+
+def test_layered_agrees_with_numpy_in_distribution(simulation: pt.ArmSimulation) -> None:
+    """With many particles both give the same mean, spread and band, within Monte-Carlo error."""
+    method = pt.Layered(particles=120_000)
+    pixels = simulation.sightings()
+    sightings = pt.Sightings.of(simulation.frame_time_s, pixels)
+    track = pt.track(without_gyroscope(simulation), method, seed=1, sightings=sightings)
+    twin = NumpyLayered(simulation.arm, simulation.cameras[0], method, seed=2)
+    for k, (steps, q) in enumerate(samples_per_frame(simulation)):
+        for step in steps:
+            twin.predict(*step)
+        estimate = twin.update(pixels[k, 0], q)
+        sd = np.sqrt(np.diag(estimate["covariance"]))
+        assert np.all(np.abs(track.state_mean[k] - estimate["mean"]) < 0.12 * sd), k
+        assert np.allclose(np.sqrt(np.diag(track.state_covariance[k])), sd, rtol=0.12), k
+        # By probability, not by place: between two branches a quantile jumps.
+        wrist = track.joints["wrist"]
+        below = [estimate["weights"][estimate["wrist"][:, d] < wrist.lo[k, d]].sum() for d in range(3)]
+        above = [estimate["weights"][estimate["wrist"][:, d] > wrist.hi[k, d]].sum() for d in range(3)]
+        assert np.allclose(below + above, 0.025, atol=0.015), k
+        assert track.ess[k] == pytest.approx(float(estimate["ess"]), rel=0.1), k
+
+
+def test_residual_resampling_has_the_same_expectation(rng: np.random.Generator) -> None:
+    weights = rng.random(200) ** 4
+    weights /= weights.sum()
+    ours = sum(np.bincount(pt.resample("residual", weights, 200, seed), minlength=200) for seed in range(2000))
+    twin = sum(np.bincount(resample_residual(weights, rng), minlength=200) for _ in range(2000))
+    error = np.sqrt(np.maximum(weights * 200, 0.01) * 2000)
+    assert np.all(np.abs(ours - weights * 200 * 2000) < 5 * error)
+    assert np.all(np.abs(twin - weights * 200 * 2000) < 5 * error)
