@@ -46,7 +46,7 @@ bench: ## Time the Rust core (criterion); needs no Python
 	cargo bench --locked
 
 bench-peers: $(VENV)/.installed ## Time against a NumPy twin, alternating in one process
-	$(BIN)/python benches/peers.py
+	$(BIN)/python tests/bench_peers.py
 
 doc: $(VENV)/.installed ## API documentation of both sides into target/doc and target/pdoc
 	cargo doc --locked --no-deps

@@ -40,8 +40,8 @@ class ArmMethod:
     """
 
     accel_density: float = 0.1
-    gap_density: float = 1.0
-    hold_s: float = 0.1
+    gap_density: float = 3.0
+    hold_s: float = 0.05
     position_start_sd_m: float = 0.02
     velocity_start_sd: float = 0.02
     walk_density: float = 0.05
@@ -140,7 +140,11 @@ class Ekf(ArmMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class Inertial(ArmMethod):
-    """The IMU integrated twice from the start; nothing corrects it."""
+    """The IMU integrated twice from the start.
+
+    Attributes:
+        corrections: none.
+    """
 
     corrections: tuple[str, ...] = ()
 

@@ -91,7 +91,7 @@ def track(
     limits how many work on a large particle set and does not change the result.
 
     Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
-    beyond recovery; its `track` attribute then holds the frames before.
+    beyond recovery; its `track` attribute then holds the frames before, where there are any.
     """
     began = time.perf_counter()
     if sightings is None:
@@ -125,7 +125,10 @@ def track(
             progress("track", min(stretch.stop, len(covered)))
         if lost:
             break
-    whole = {name: np.concatenate([table[name] for table in tables if len(table["ess"])]) for name in tables[0]}
+    tables = [table for table in tables if len(table["ess"])]
+    if not tables:
+        raise TrackingError(lost)
+    whole = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     stage_s = {"evidence": seen - began, "filter": time.perf_counter() - seen}
     result = _assemble(recording, method, seed, sightings, first, whole, stage_s, lost or "")
     if lost:

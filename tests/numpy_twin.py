@@ -88,10 +88,9 @@ class NumpyLayered:
         covariance = (centred * weights[:, None]).T @ centred
         lo, hi = weighted_band(self.x[:, :3], weights)
         ess = np.asarray(1.0 / (weights**2).sum())
-        wrist = self.x[:, :3]
         self.x = self.x[resample_residual(weights, self.rng)]
         self.reset()
-        return {"mean": mean, "covariance": covariance, "lo": lo, "hi": hi, "ess": ess, "wrist": wrist, "weights": weights}
+        return {"mean": mean, "covariance": covariance, "lo": lo, "hi": hi, "ess": ess}
 
     @staticmethod
     def _weights(log_likelihood: Float) -> Float:

@@ -136,7 +136,7 @@ def test_gaps_are_warned_of(tmp_path: Path) -> None:
 def test_stated_rate_must_agree(tmp_path: Path) -> None:
     path = write(tmp_path / "imu.csv", rows())
     assert load(path, rate_hz=100.0).rate_hz == 100.0
-    with pytest.raises(pt.InputError, match="stated as 128 Hz, but the times are 100.00 Hz apart"):
+    with pytest.raises(pt.InputError, match=r"stated as 128 Hz, but the times are 100\.00 Hz apart"):
         load(path, rate_hz=128.0)
 
 
@@ -307,7 +307,9 @@ def test_readers_raise_only_input_error(tmp_path: Path, content: bytes, form: st
     try:
         log = check(read_imu(path, form=form))
     except pt.InputError as error:
-        assert "fuzz.txt" in str(error)
+        said = str(error)
+        if "fuzz.txt" not in said:
+            pytest.fail(f"the message names no file: {said}")
     else:
         assert log.acc is not None
         assert np.isfinite(log.acc).all()

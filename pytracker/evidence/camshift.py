@@ -32,6 +32,7 @@ class CamshiftParameters:
     Attributes:
         hue_bins: histogram cells over hue (180).
         saturation_bins: histogram cells over saturation (256).
+        hue_width: how far from the patch's main hue a pixel of it may be, in OpenCV's half degrees.
         min_saturation: greyer pixels say nothing about hue, 0-255.
         min_value: darker pixels say nothing about hue, 0-255.
         ring: width of the surroundings that the histogram is weighed against, in box sizes.
@@ -45,6 +46,7 @@ class CamshiftParameters:
 
     hue_bins: int = 45
     saturation_bins: int = 16
+    hue_width: float = 15.0
     min_saturation: int = 60
     min_value: int = 40
     ring: float = 1.0
@@ -117,7 +119,7 @@ class PatchTracker:
         self._centre = found.centre
         self._velocity = np.zeros(2)
         self._box = found.box
-        self._lost = 0
+        self._lost = False
         self._candidates: list[Float] = []
         self._others: list[Float] = []
         self._last_image: Image | None = None
@@ -129,24 +131,22 @@ class PatchTracker:
             return PatchSighting((np.nan, np.nan), False, "the frame repeats the one before", 1.0, self._box)
         self._last_image = image
         back = self._back_projection(image)
-        found = self._measure(back, self._window(image))
-        reason = self._fault(found, back.shape)
-        if reason:
-            found_again = self._search(back)
-            if found_again is not None:
-                found, reason = found_again, ""
+        if self._lost:
+            found, reason = self._search(back)
+        else:
+            found = self._measure(back, self._window(image))
+            reason = self._fault(found)
+        share = 0.0 if found is None else found.mass / self._first.mass
         if found is None or reason:
-            self._lost += 1
-            mass = 0.0 if found is None else found.mass / self._first.mass
-            return PatchSighting((np.nan, np.nan), False, reason, mass, self._box)
+            self._lost = True
+            return PatchSighting((np.nan, np.nan), False, reason, share, self._box)
         self._accept(found, back)
-        centre = (float(found.centre[0]), float(found.centre[1]))
-        return PatchSighting(centre, True, "", found.mass / self._first.mass, found.box)
+        return PatchSighting((float(found.centre[0]), float(found.centre[1])), True, "", share, found.box)
 
     def _accept(self, found: _Found, back: Image) -> None:
         moved = found.centre - self._centre
         self._velocity = np.zeros(2) if self._lost else moved
-        self._centre, self._box, self._lost = found.centre, found.box, 0
+        self._centre, self._box, self._lost = found.centre, found.box, False
         self._candidates = []
         # What stands beside the patch is not the patch: it must not be taken for it after a loss.
         self._others = [other.centre for other in self._blobs(back) if not self._near(other.centre, found.centre)]
@@ -163,7 +163,7 @@ class PatchTracker:
         _, _, w, h = self._box
         side = int(2 * self._size)
         w, h = max(w, side), max(h, side)
-        u, v = self._centre + (self._velocity if self._lost == 0 else 0)
+        u, v = self._centre + self._velocity
         return _clip((round(u - w / 2), round(v - h / 2), w, h), image)
 
     def _measure(self, back: Image, window: Box) -> _Found | None:
@@ -184,7 +184,7 @@ class PatchTracker:
         centre = np.array([x + m["m10"] / m["m00"], y + m["m01"] / m["m00"]])
         return _Found(centre, float(m["m00"]), _aspect(m), (x, y, w, h))
 
-    def _fault(self, found: _Found | None, shape: tuple[int, ...]) -> str:
+    def _fault(self, found: _Found | None) -> str:
         """Why `found` is not the patch; empty where it is."""
         p = self.parameters
         if found is None:
@@ -197,31 +197,32 @@ class PatchTracker:
         aspect = found.aspect / self._first.aspect
         if aspect > p.max_aspect:
             return f"patch too long ({aspect:.1f} times the first frame's aspect)"
-        jump = float(np.linalg.norm(found.centre - self._centre - self._velocity)) / self._size
-        if self._lost == 0 and jump > p.max_jump:
-            return f"patch jumped by {jump:.1f} of its size"
-        if self._lost and any(self._near(found.centre, other) for other in self._others):
+        expected = self._centre + self._velocity
+        if any(_distance(found.centre, o) < _distance(found.centre, expected) for o in self._others):
             return "something else of the patch's colour"
-        if self._lost and not self._agrees(found):
-            return "patch found again, not yet believed"
+        jump = _distance(found.centre, expected) / self._size
+        if jump > p.max_jump:
+            return f"patch jumped by {jump:.1f} of its size"
         return ""
 
-    def _search(self, back: Image) -> _Found | None:
+    def _search(self, back: Image) -> tuple[_Found | None, str]:
         """Look over the whole frame for the patch, passing over what already stood beside it."""
         best: _Found | None = None
         others = []
         for blob in self._blobs(back):
             if any(self._near(blob.centre, other) for other in self._others):
                 others.append(blob.centre)
-            elif best is None or blob.mass > best.mass:
+            elif self._looks_right(blob) and (best is None or blob.mass > best.mass):
                 best = blob
         # Those that were hidden for now stay known; those that moved are followed.
         hidden = [other for other in self._others if not any(self._near(other, seen) for seen in others)]
         self._others = others + hidden
-        return best if best is not None and self._agrees(best) else None
+        if best is None:
+            return None, "patch not found again"
+        return best, "" if self._agrees(best) else "patch found again, not yet believed"
 
     def _blobs(self, back: Image) -> list[_Found]:
-        """Everything in the frame of the patch's colour, size and shape."""
+        """Everything in the frame of the patch's colour that is not much smaller."""
         patch = cv2.inRange(back, self.parameters.purity, 255)
         contours, _ = cv2.findContours(patch, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
         found = []
@@ -231,10 +232,10 @@ class PatchTracker:
                 centre = np.array([m["m10"] / m["m00"], m["m01"] / m["m00"]])
                 x, y, w, h = cv2.boundingRect(contour)
                 found.append(_Found(centre, float(m["m00"]), _aspect(m), (x, y, w, h)))
-        return [blob for blob in found if self._looks_right(blob)]
+        return found
 
     def _near(self, a: Float, b: Float) -> bool:
-        return bool(np.linalg.norm(a - b) < self.parameters.max_jump * self._size)
+        return _distance(a, b) < self.parameters.max_jump * self._size
 
     def _looks_right(self, found: _Found) -> bool:
         p = self.parameters
@@ -282,6 +283,10 @@ def track_patch(
     )
 
 
+def _distance(a: Float, b: Float) -> float:
+    return float(np.linalg.norm(a - b))
+
+
 def _hsv(image: Image) -> Image:
     return np.asarray(cv2.cvtColor(cv2.GaussianBlur(image, (3, 3), 0), cv2.COLOR_BGR2HSV), dtype=np.uint8)
 
@@ -323,6 +328,10 @@ def _contrast_histogram(hsv: Image, box: Box, p: CamshiftParameters) -> NDArray[
     # Cells that hold next to nothing of the box are not its colour, whatever the ring holds.
     enough = patch > 0.004
     chance = np.where(enough, patch / (patch + around + 1e-9), 0.0)
+    # A patch has one hue: cells far from it are edges, where patch and skin mix.
+    hue = (np.arange(p.hue_bins) + 0.5) * 180 / p.hue_bins
+    main = hue[np.argmax((patch * chance).sum(axis=1))]
+    chance[np.abs((hue - main + 90) % 180 - 90) > p.hue_width] = 0.0
     # Twice as common inside as around is where belief begins.
     return np.asarray(255 * np.clip((chance - 0.5) / 0.4, 0.0, 1.0), dtype=np.float32)
 

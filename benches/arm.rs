@@ -1,0 +1,76 @@
+//! One camera frame of the arm: four IMU samples composed, then the layers. `cargo bench --bench arm`.
+
+use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use nalgebra::{Matrix3, Vector2, Vector3};
+use pytracker::arm::particle::{ArmLayer, Cue, Mover};
+use pytracker::arm::state::{View, Walk};
+use pytracker::arm::{Arm, ArmTracker, Method, Noise, Sample};
+use pytracker::camera::Camera;
+use pytracker::filter::Resampling;
+use pytracker::quaternion::Quaternion;
+use pytracker::resample::Scheme;
+use std::hint::black_box;
+
+fn tracker(layers: &[(Mover, &[Cue])], len: usize, bias: bool) -> ArmTracker {
+    let matrix = Matrix3::new(700.0, 0.0, 320.0, 0.0, 700.0, 240.0, 0.0, 0.0, 1.0);
+    let rotation = Matrix3::new(-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0);
+    let camera = Camera::new(matrix, [0.0; 5], rotation, Vector3::new(0.0, 0.0, 2.3)).expect("a camera");
+    let noise = Noise {
+        accel_density: 0.1,
+        gap_density: 3.0,
+        hold_s: 0.05,
+        position_start_sd: 0.02,
+        velocity_start_sd: 0.02,
+        walk_density: 0.05,
+        pixel_sd: 4.0,
+        outlier_fraction: 0.0,
+        arm_length_sd: 0.01,
+        bias: bias.then_some(Walk { start_sd: 0.15, density: 0.01 }),
+        offset: None,
+    };
+    let arm = Arm {
+        shoulder: Vector3::new(0.1, 0.0, 0.25),
+        upper_arm_m: 0.30,
+        forearm_m: 0.25,
+        wrist_start: Vector3::new(0.2, 0.3, 0.0),
+    };
+    let method = Method::Particles {
+        layers: layers.iter().map(|(mover, cues)| ArmLayer { mover: *mover, cues: cues.to_vec() }).collect(),
+        len,
+        resampling: Resampling::new(Scheme::Residual, 1.0).expect("a threshold"),
+    };
+    let views = vec![View { camera, patch_offset: Vector3::zeros() }];
+    ArmTracker::new(arm, views, noise, method, 1).expect("a tracker")
+}
+
+/// A frame after four samples; time runs on from call to call.
+fn frame(tracker: &mut ArmTracker, time_s: &mut f64) {
+    let world_sensor = Quaternion::from_rotation_vector(Vector3::new(0.9, 0.1, 0.3));
+    let acceleration = world_sensor.conjugate().rotate(Vector3::new(0.0, 0.0, 9.806_65));
+    for _ in 0..4 {
+        tracker.predict(&Sample { time_s: *time_s, acceleration, world_sensor, turn_rate: None }).expect("in order");
+        *time_s += 0.01;
+    }
+    black_box(tracker.update(*time_s - 0.0001, &[Some(Vector2::new(250.0, 240.0))]).expect("a frame"));
+}
+
+fn camera_frame(c: &mut Criterion) {
+    let colour: &[Cue] = &[Cue::Colour];
+    let length: &[Cue] = &[Cue::ArmLength];
+    let both: &[Cue] = &[Cue::Colour, Cue::ArmLength];
+    let mut group = c.benchmark_group("arm_frame");
+    for len in [500, 5_000, 50_000] {
+        let methods = [
+            ("layered", vec![(Mover::Inertial, colour), (Mover::Walk, length)], false),
+            ("joint_bias", vec![(Mover::Inertial, both)], true),
+        ];
+        for (name, layers, bias) in methods {
+            let (mut tracker, mut time_s) = (tracker(&layers, len, bias), 0.0);
+            group.bench_function(BenchmarkId::new(name, len), |b| b.iter(|| frame(&mut tracker, &mut time_s)));
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, camera_frame);
+criterion_main!(benches);

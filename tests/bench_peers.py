@@ -1,0 +1,80 @@
+"""The Rust core against its NumPy twin, alternating in one process: medians and ratios. `make bench-peers`.
+
+Both do the same job: four IMU samples composed, two layers with residual resampling, mean, covariance and 95 % band.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+from numpy_twin import NumpyLayered, resample_residual
+
+import pytracker as pt
+
+
+def alternate(ours: Callable[[], object], twin: Callable[[], object], repeats: int) -> tuple[float, float, float]:
+    """Median seconds of each, and the median of the ratios pair by pair."""
+    ours(), twin()
+    pairs = []
+    for _ in range(repeats):
+        begun = time.perf_counter()
+        ours()
+        between = time.perf_counter()
+        twin()
+        pairs.append((between - begun, time.perf_counter() - between))
+    a, b = zip(*pairs, strict=True)
+    return statistics.median(a), statistics.median(b), statistics.median(y / x for x, y in pairs)
+
+
+def frame_pair(particles: int) -> tuple[Callable[[], object], Callable[[], object]]:
+    simulation = pt.ArmSimulation(seed=1)
+    imu, method = simulation.imu, pt.Layered(particles=particles)
+    camera = simulation.cameras[0]
+    pixel = camera.project(np.array([simulation.arm.wrist_start_m]))[0]
+    q, acc = imu.q_world_sensor[0], imu.acc[0]
+    tracker = pt.ArmTracker(simulation.arm, camera, method, 1)
+    twin = NumpyLayered(simulation.arm, camera, method, 1)
+    clock = {"now": 0.0}
+
+    def ours() -> None:
+        for _ in range(4):
+            tracker.predict(clock["now"], acc, q)
+            clock["now"] += 0.01
+        tracker.update(clock["now"] - 1e-4, pixel)
+
+    def numpy() -> None:
+        for _ in range(4):
+            twin.predict(0.01, acc, q)
+        twin.update(pixel, q)
+
+    return ours, numpy
+
+
+def resampling_pair(particles: int) -> tuple[Callable[[], object], Callable[[], object]]:
+    rng = np.random.default_rng(1)
+    weights = rng.random(particles) ** 3
+    weights /= weights.sum()
+    return lambda: pt.resample("residual", weights, particles, 1), lambda: resample_residual(weights, rng)
+
+
+def main() -> None:
+    threads = os.environ.get("RAYON_NUM_THREADS", "all")
+    print(f"{'work':<44}{'pytracker':>12}{'NumPy':>12}{'ratio':>8}   (threads: {threads})")
+    rows = [
+        ("arm, one camera frame, layered, N = 500", frame_pair(500), 2000),
+        ("arm, one camera frame, layered, N = 5000", frame_pair(5_000), 400),
+        ("arm, one camera frame, layered, N = 50000", frame_pair(50_000), 60),
+        ("residual resampling, N = 10000", resampling_pair(10_000), 1000),
+    ]
+    for name, (ours, twin), repeats in rows:
+        a, b, ratio = alternate(ours, twin, repeats)
+        print(f"{name:<44}{1e6 * a:>9.1f} µs{1e6 * b:>9.1f} µs{ratio:>8.1f}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

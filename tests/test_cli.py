@@ -1,0 +1,116 @@
+"""The command line as a user types it: exit status, messages, files."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+
+def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "pytracker", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+
+
+def test_without_a_subcommand_it_helps() -> None:
+    shown = run()
+    assert "Usage: " in shown.stdout + shown.stderr
+    for command in ("demo", "simulate", "frame", "track", "evaluate", "report"):
+        assert command in shown.stdout + shown.stderr
+    assert run("--version").stdout.startswith("pytracker 0.")
+
+
+def test_track_evaluate_and_frame(simulated: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    done = run(
+        "track", simulated, "--method", "layered", "--particles", "200", "--set", "bias=true", "--seed", "7",
+        "--out", out, "--no-report",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "PF with constraint (layered), N = 200, bias" in done.stdout
+    assert {path.name for path in out.iterdir()} == {"track.csv", "metadata.json", "scores.json"}
+    metadata = json.loads((out / "metadata.json").read_text())
+    assert metadata["tracks"][0]["seed"] == 7
+    assert metadata["tracks"][0]["parameters"]["bias"] is True
+    scored = json.loads(run("evaluate", simulated, out).stdout)
+    expected = json.loads((out / "scores.json").read_text())
+    ours, theirs = scored[str(out)]["joints"]["wrist"], next(iter(expected.values()))["joints"]["wrist"]
+    assert ours["rms_m"] == pytest.approx(theirs["rms_m"], abs=1e-6)
+    again = run("track", simulated, "--out", out)
+    assert again.returncode == 2
+    assert f"{out}: already exists, expected a new folder (or --force to replace it)" in again.stderr
+    png = tmp_path / "frame.png"
+    assert run("frame", simulated, "--out", png).returncode == 0
+    assert png.read_bytes().startswith(b"\x89PNG")
+    assert "expected one numbered 900" in run("frame", simulated, "--frame", "900", "--out", png).stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["--method", "layred"], "--method is 'layred', expected one of: inertial, ekf, plain, layered"),
+        (["--set", "biass=true"], "--set biass: Joint has no such parameter, did you mean 'bias'?"),
+        (["--set", "bias"], "--set 'bias', expected KEY=VALUE"),
+        (["--set", "bias=yes"], "Joint.bias is 'yes', expected true or false"),
+        (["--method", "ekf", "--particles", "9"], "--particles does not go with --method ekf"),
+    ],
+)
+def test_bad_usage_exits_2(simulated: Path, tmp_path: Path, arguments: list[str], expected: str) -> None:
+    done = run("track", simulated, "--out", tmp_path / "out", *arguments)
+    assert done.returncode == 2
+    assert expected in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_bad_input_exits_2_and_debug_shows_where(tmp_path: Path) -> None:
+    done = run("track", tmp_path / "nowhere", "--out", tmp_path / "out")
+    assert done.returncode == 2
+    assert done.stderr.startswith("pytracker: ")
+    assert "nowhere: is no folder, expected a folder with recording.toml" in done.stderr
+    assert "Traceback" in run("--debug", "track", tmp_path / "nowhere", "--out", tmp_path / "out").stderr
+    assert run("track").returncode == 2
+
+
+def test_a_lost_track_exits_1_and_leaves_what_there_was(simulated: Path, tmp_path: Path) -> None:
+    """Started behind the camera, nothing that is seen can be explained."""
+    folder = shutil.copytree(simulated, tmp_path / "recording")
+    toml = folder / "recording.toml"
+    lines = [
+        "wrist_start_m = [0.2, 9.0, 0.0]" if line.startswith("wrist_start_m") else line
+        for line in toml.read_text().splitlines()
+    ]
+    toml.write_text("\n".join(lines))
+    done = run("track", folder, "--method", "plain", "--out", tmp_path / "out", "--no-report")
+    assert done.returncode == 1
+    assert "frame 0: all 500 particle weights are zero at 0 s" in done.stderr
+
+
+def test_simulate_takes_every_setting(tmp_path: Path) -> None:
+    out = tmp_path / "reach"
+    done = run(
+        "simulate", "arm", out, "--seed", "4", "--set", "pattern=reach", "--set", "duration_s=1.0",
+        "--set", "occlusions=[[0.2, 0.4]]", "--set", "cameras=2",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in out.iterdir()} == {
+        "recording.toml", "video.mp4", "video1.mp4", "imu.csv", "qualisys.tsv",
+    }  # fmt: skip
+    assert "expected one of: circle, rectangle, reach" in run("simulate", "arm", out, "--set", "pattern=x").stderr
+
+
+def test_demo_compares_every_method(tmp_path: Path) -> None:
+    done = run("demo", "--out", tmp_path / "report", "--duration", "2")
+    assert done.returncode == 0, done.stderr
+    for words in ("PF with constraint (joint)", "PF with constraint (layered)", "EKF with constraint", "Inertial only"):
+        assert words in done.stdout
+    assert (tmp_path / "report" / "index.html").is_file()
+
+
+def test_import_is_light() -> None:
+    """Nothing that only a report or an orientation filter needs is imported with the package."""
+    code = "import sys, pytracker; print([m for m in ('matplotlib', 'jinja2', 'vqf', 'typer') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"  # noqa: S603

@@ -1,0 +1,170 @@
+"""Recording folders: read whole, or refused with file or key, value and expectation."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
+
+
+@pytest.fixture
+def folder(simulated: Path, tmp_path: Path) -> Path:
+    """A recording to spoil."""
+    return Path(shutil.copytree(simulated, tmp_path / "recording"))
+
+
+def edit(folder: Path, old: str, new: str) -> Path:
+    path = folder / "recording.toml"
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    return folder
+
+
+def test_a_simulated_folder_loads_as_it_was_made(simulated: Path) -> None:
+    recording = pt.load(simulated)
+    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=3.0), seed=11)
+    assert recording.arm == simulation.arm
+    assert np.allclose(recording.views[0].camera.rotation, simulation.cameras[0].rotation, atol=1e-8)
+    assert np.allclose(recording.imus[0].acc, simulation.imu.acc, atol=1e-6)
+    assert recording.truth is not None
+    assert np.allclose(recording.truth.joints_m["elbow"], simulation.truth.joints_m["elbow"], atol=1e-6)
+    assert recording.warnings == ()
+    assert {path.name for path in recording.files} == {"recording.toml", "video.mp4", "imu.csv", "qualisys.tsv"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("schema = 1", "schema = 2", "schema is 2, expected: input should be 1"),
+        ('kind = "arm"', 'kind = "leg"', "kind is 'leg', expected: input should be 'arm'"),
+        ("patch_box", "patchbox", "camera[0].patchbox is not a known key, did you mean 'patch_box'?"),
+        ("upper_arm_m", "uper_arm_m", "arm.uper_arm_m is not a known key, did you mean 'upper_arm_m'?"),
+        (
+            "upper_arm_m = 0.3",
+            "upper_arm_m = 30",
+            "arm.upper_arm_m is 30, expected: input should be less than or equal",
+        ),
+        ("upper_arm_m = 0.3", "", "arm.upper_arm_m is missing"),
+        ('video = "video.mp4"', 'video = "film.mp4"', "film.mp4: no such file, expected a video"),
+        ('file = "imu.csv"', 'file = "imu2.csv"', "imu2.csv: no such file"),
+        ('file = "qualisys.tsv"', 'file = "truth.xls"', "truth.file is 'truth.xls', expected one of: .tsv, .csv"),
+        ('wrist = "wrist"', 'wrist = "hand"', "truth.markers.wrist is 'hand', expected a marker of"),
+        (
+            "[[700.0, 0.0, 320.0]",
+            "[[-700.0, 0.0, 320.0]",
+            "camera matrix: focal lengths are -700 and 700 px, expected positive",
+        ),
+        (
+            "[[700.0, 0.0, 320.0], [0.0, 700.0, 240.0]",
+            "[[700.0, 0.0, 320.0], [9.0, 700.0, 240.0]",
+            "expected [0, fy, cy]",
+        ),
+        ("rotation = [[-1.0", "rotation = [[-2.0", "camera rotation: R R' differs from the identity"),
+        (
+            "patch_offset_m = [0.0",
+            "patch_offset_m = [nan",
+            "camera[0].patch_offset_m[0] is nan, expected: input should be a finite",
+        ),
+        (
+            'segment = "right_forearm"',
+            "mount = [2, 0, 0, 0]",
+            "imu[0].mount has norm 2.0000, expected a unit quaternion",
+        ),
+        (
+            'segment = "right_forearm"',
+            "offset_s = 99",
+            "the IMU 99.000 to 102.000 s of recording time, expected them to overlap",
+        ),
+        ('segment = "right_forearm"', "rate_hz = 50", "stated as 50 Hz, but the times are 100.00 Hz apart"),
+        ('segment = "right_forearm"', 'format = "MT9"', "imu[0].format is 'MT9', expected: input should be 'auto'"),
+        ("schema = 1", "schema = ", "recording.toml: is not TOML: Invalid value (at line 1, column 10)"),
+    ],
+)
+def test_a_fault_is_named(folder: Path, old: str, new: str, expected: str) -> None:
+    with pytest.raises(pt.InputError) as error:
+        pt.load(edit(folder, old, new))
+    assert expected in str(error.value)
+
+
+def test_patch_box_outside_the_frame(folder: Path) -> None:
+    text = (folder / "recording.toml").read_text()
+    line = next(line for line in text.splitlines() if line.startswith("patch_box"))
+    with pytest.raises(pt.InputError, match=r"patch_box is \[630, 10, 30, 30\] .* inside the 640 x 480 px of"):
+        pt.load(edit(folder, line, "patch_box = [630, 10, 30, 30]"))
+
+
+def test_no_folder_and_no_file(tmp_path: Path) -> None:
+    with pytest.raises(pt.InputError, match=r"nowhere: is no folder, expected a folder with recording\.toml"):
+        pt.load(tmp_path / "nowhere")
+    with pytest.raises(pt.InputError, match=r"holds no recording\.toml"):
+        pt.load(tmp_path)
+
+
+def test_truth_with_gaps_is_counted_and_left_out(folder: Path) -> None:
+    path = folder / "qualisys.tsv"
+    lines = path.read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line.startswith("MARKER_NAMES")) + 1
+    for k in range(first + 50, first + 110):
+        cells = lines[k].split("\t")
+        lines[k] = "\t".join([*cells[:6], "", "", ""])
+    path.write_text("\n".join(lines) + "\n")
+    recording = pt.load(folder)
+    assert "wrist was not seen in 60 of 301 frames; they are left out of the scores" in recording.warnings[0]
+    track = pt.track(recording, pt.Layered(particles=50))
+    scores = pt.evaluate(track, recording.truth)
+    assert scores.frames_without_truth == 15
+    assert scores.joints["wrist"].frames == 75 - 15
+
+
+def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> None:
+    """The same recording from a sensor worn a quarter turn about the forearm and headed 40° off."""
+    straight = pt.load(folder).imus[0]
+    mount = rotation_vector_to_quaternion(np.array([0.0, np.pi / 2, 0.0]))
+    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(40.0)]))
+    assert straight.gyr is not None
+    table = np.column_stack(
+        [
+            straight.time_s,
+            rotate(conjugate(mount), straight.acc),
+            rotate(conjugate(mount), straight.gyr),
+            multiply(multiply(conjugate(heading), straight.q_world_sensor), mount),
+        ]
+    )
+    header = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
+    np.savetxt(folder / "imu.csv", table, fmt="%.8f", delimiter=",", header=header, comments="")
+    edit(folder, 'segment = "right_forearm"', f"heading_deg = 40.0\nmount = {mount.tolist()}")
+    turned = pt.load(folder).imus[0]
+    assert np.allclose(turned.acc, straight.acc, atol=1e-6)
+    assert np.allclose(np.abs((turned.q_world_sensor * straight.q_world_sensor).sum(axis=1)), 1, atol=1e-6)
+
+
+def test_start_from_truth_or_from_the_patch(folder: Path) -> None:
+    text = (folder / "recording.toml").read_text()
+    line = next(line for line in text.splitlines() if line.startswith("wrist_start_m"))
+    given = pt.load(folder).arm.wrist_start_m
+    assert np.allclose(pt.load(edit(folder, line, "")).arm.wrist_start_m, given, atol=1e-3)
+    path = folder / "recording.toml"
+    path.write_text(path.read_text().split("[truth]")[0])
+    recording = pt.load(folder)
+    assert "the patch's ray meets the arm sphere at" in recording.warnings[-1]
+    ray = recording.views[0].camera.ray(recording.views[0].camera.project(np.array([given]))[0])
+    across = np.array(recording.arm.wrist_start_m) - given
+    assert np.linalg.norm(across - ray * (across @ ray)) < 0.01
+    far = edit(folder, "shoulder_m = [0.1", "shoulder_m = [3.1")
+    with pytest.raises(pt.InputError, match=r"the patch's ray passes .* m from where the arm can reach, expected"):
+        pt.load(far)
+
+
+def test_camera_that_starts_before_the_imu(folder: Path) -> None:
+    """Frames without any IMU are kept as rows with a reason."""
+    recording = pt.load(edit(folder, 'segment = "right_forearm"', "offset_s = 1.0"))
+    track = pt.track(recording, pt.Layered(particles=50))
+    assert track.reason[:25] == ("before the first IMU sample",) * 25
+    assert np.isnan(track.joints["wrist"].mean[:25]).all()
+    assert np.isfinite(track.joints["wrist"].mean[25:]).all()

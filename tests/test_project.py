@@ -1,0 +1,96 @@
+"""Promises of the project about itself: the layering, the README's example, one version."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+import pytracker as pt
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "pytracker"
+
+
+def imports(path: Path) -> set[str]:
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            found.add(node.module)
+    return found
+
+
+def files_that_import(name: str) -> set[str]:
+    return {
+        path.relative_to(PACKAGE).as_posix()
+        for path in PACKAGE.rglob("*.py")
+        if any(module == name or module.startswith(name + ".") for module in imports(path))
+    }
+
+
+def test_libraries_stay_in_their_rooms() -> None:
+    allowed = ("formats/video", "evidence/", "simulate/", "report/overlay")
+    assert all(path.startswith(allowed) for path in files_that_import("cv2"))
+    assert all(path.startswith("report/") for path in files_that_import("matplotlib"))
+    assert files_that_import("typer") == {"cli.py"}
+    assert files_that_import("pydantic") == {"schema.py"}
+    rust = [path for path in (ROOT / "rust").rglob("*.rs") if "pyo3" in path.read_text("utf-8")]
+    assert all("python" in path.parts or path.name == "python.rs" for path in rust)
+
+
+def test_data_flows_one_way() -> None:
+    """No stage imports a later one."""
+    order = ["formats", "recording", "load", "evidence", "track", "evaluate", "report", "cli"]
+    for path in PACKAGE.rglob("*.py"):
+        stage = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+        if stage not in order:
+            continue
+        for module in imports(path):
+            parts = module.split(".")
+            if parts[0] == "pytracker" and len(parts) > 1 and parts[1] in order:
+                # recording.py is what flows; evidence and track need it, formats do not.
+                assert order.index(parts[1]) <= order.index(stage), f"{path.name} imports {module}"
+
+
+def test_every_public_name_is_documented() -> None:
+    for name in pt.__all__:
+        if name != "__version__":
+            assert (getattr(pt, name).__doc__ or "").strip(), name
+
+
+def test_one_version() -> None:
+    cargo = re.search(r'^version = "(.*)"$', (ROOT / "Cargo.toml").read_text(), re.MULTILINE)
+    cff = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
+    assert cargo is not None
+    assert cff is not None
+    assert pt.__version__ == cargo[1] == cff[1]
+    assert f"## {pt.__version__}" in (ROOT / "CHANGELOG.md").read_text("utf-8")
+
+
+def test_readme_example_runs(simulated: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.DOTALL)
+    assert len(blocks) == 2
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "trial03").symlink_to(simulated)
+    scope: dict[str, object] = {}
+    for block in blocks:
+        exec(compile(block, "README.md", "exec"), scope)  # noqa: S102
+    assert (tmp_path / "report" / "index.html").is_file()
+
+
+def test_no_machine_paths_and_no_shared_data() -> None:
+    pattern = re.compile(r"(^|[^a-z.])/(home|root|tmp|work)/")
+    for path in [*PACKAGE.rglob("*.py"), *(ROOT / "rust").rglob("*.rs"), ROOT / "README.md", ROOT / "Makefile"]:
+        assert not pattern.search(path.read_text("utf-8")), path
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="reads a Makefile")
+def test_make_help_lists_the_targets() -> None:
+    text = (ROOT / "Makefile").read_text()
+    for target in ("demo", "test", "lint", "bench", "bench-peers", "acceptance", "help"):
+        assert re.search(rf"^{target}:.*## \w", text, re.MULTILINE), target

@@ -1,0 +1,170 @@
+"""What a run leaves behind, as a user sees it: tables, page and video, in a real browser."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.formats.video import frames
+from pytracker.report.labels import labels
+from pytracker.report.tables import read_track
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+METHODS = (pt.Joint(particles=500, bias=True), pt.Layered(particles=100), pt.Ekf(), pt.Inertial())
+
+
+@pytest.fixture(scope="module")
+def tracks(tmp_path_factory: pytest.TempPathFactory) -> list[pt.Track]:
+    folder = tmp_path_factory.mktemp("r") / "occluded"
+    pt.simulate_arm(folder, pt.ArmScene(duration_s=4.0, occlusions=((2.0, 2.4),)), seed=3)
+    recording = pt.load(folder)
+    sightings = pt.sight(recording)
+    return [pt.track(recording, method, 1, sightings=sightings) for method in METHODS]
+
+
+@pytest.fixture(scope="module")
+def report(tracks: list[pt.Track], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return pt.write_report(tracks, tmp_path_factory.mktemp("out") / "report")
+
+
+def test_files_of_a_run(report: Path, tracks: list[pt.Track]) -> None:
+    names = {path.name for path in report.iterdir()}
+    assert {"index.html", "overlay.mp4", "metadata.json", "scores.json", "track-1-joint.csv"} <= names
+    metadata = json.loads((report / "metadata.json").read_text("utf-8"))
+    assert metadata["pytracker"] == pt.__version__
+    assert metadata["tracks"][0]["parameters"]["particles"] == 500
+    assert set(metadata["recording"]["files"]) == {"recording.toml", "video.mp4", "imu.csv", "qualisys.tsv"}
+    scores = json.loads((report / "scores.json").read_text("utf-8"))
+    assert list(scores) == labels(tracks)
+    assert scores["PF with constraint (joint), N = 500, bias"]["joints"]["wrist"]["rms_m"] > 0
+
+
+def test_track_csv_has_a_row_a_frame_and_reads_back(report: Path, tracks: list[pt.Track]) -> None:
+    path = report / "track-1-joint.csv"
+    with path.open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(tracks[0].time_s)
+    expected = ["time_s", "frame", "wrist_x_m", "wrist_y_m", "wrist_z_m", "wrist_x_sd_m"]
+    assert list(rows[0])[:6] == expected
+    assert list(rows[0])[-4:] == ["ess", "log_evidence", "valid", "reason"]
+    assert rows[55]["valid"] == "0"
+    assert rows[55]["reason"]
+    back = read_track(path)
+    assert np.allclose(back.joints["elbow"].mean, tracks[0].joints["elbow"].mean, atol=1e-6)
+    truth = tracks[0].recording.truth
+    ours, again = pt.evaluate(tracks[0], truth), pt.evaluate(back, truth)
+    assert again.joints["wrist"].rms_m == pytest.approx(ours.joints["wrist"].rms_m, abs=1e-6)
+    assert again.valid_share == ours.valid_share
+
+
+def test_overlay_is_a_video_of_the_recording(report: Path, tracks: list[pt.Track]) -> None:
+    found = list(frames(report / "overlay.mp4"))
+    assert found[0].image.shape[1] == 480
+    assert found[-1].time_s == pytest.approx(tracks[0].time_s[-1], abs=0.2)
+
+
+def test_a_folder_is_written_whole_or_not_at_all(tracks: list[pt.Track], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    pt.write_report(tracks[:1], out, page=False)
+    assert {path.name for path in out.iterdir()} == {"track.csv", "metadata.json", "scores.json"}
+    with pytest.raises(pt.InputError, match="already exists, expected a new folder"):
+        pt.write_report(tracks[:1], out)
+    (out / "old").touch()
+    pt.write_report(tracks[:1], out, force=True, page=False)
+    assert not (out / "old").exists()
+
+    def fail(stage: str, done: int) -> None:
+        raise RuntimeError(stage)
+
+    with pytest.raises(RuntimeError):
+        pt.write_report(tracks, tmp_path / "never", progress=fail)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    with pytest.raises(pt.InputError, match="no track"):
+        pt.write_report([], tmp_path / "none")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """Debian's Chromium; the page tests skip where there is none, except where CI says that there is."""
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if path is None:
+        if os.environ.get("CI"):
+            pytest.fail("no chromium on this machine")
+        pytest.skip("needs chromium to look at the page")
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
+def test_page_in_a_browser(browser: Browser, report: Path, width: int, scheme: str) -> None:
+    """No error, every image drawn and described, no sideways scrolling, nothing fetched from elsewhere."""
+    page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)  # type: ignore[arg-type]
+    said: list[str] = []
+    page.on("console", lambda message: said.append(message.text))
+    page.on("pageerror", lambda error: said.append(str(error)))
+    fetched: list[str] = []
+    page.on("request", lambda request: fetched.append(request.url))
+    page.goto((report / "index.html").as_uri())
+    page.wait_for_load_state("networkidle")
+    assert said == []
+    assert all(url.startswith(("file:", "data:")) for url in fetched)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    images = page.evaluate("[...document.images].map(i => [i.complete && i.naturalWidth > 0, i.alt.length > 20])")
+    assert len(images) == 4
+    assert all(all(image) for image in images)
+    assert page.locator("table").first.locator("tbody tr").count() == len(METHODS)
+    page.close()
+
+
+def test_overlay_plays_inside_the_page(browser: Browser, report: Path) -> None:
+    page = browser.new_page()
+    page.goto((report / "index.html").as_uri())
+    played = page.evaluate(
+        """async () => {
+            const v = document.querySelector('video');
+            v.muted = true;
+            await v.play();
+            await new Promise(done => setTimeout(done, 1000));
+            return {time: v.currentTime, width: v.videoWidth, error: v.error};
+        }"""
+    )
+    page.close()
+    assert played["error"] is None
+    assert played["width"] == 480
+    assert played["time"] > 0.2
+
+
+def test_page_prints_on_a4(browser: Browser, report: Path) -> None:
+    page = browser.new_page()
+    page.goto((report / "index.html").as_uri())
+    pdf = page.pdf(format="A4")
+    page.close()
+    assert pdf.startswith(b"%PDF")
+    assert 1 <= pdf.count(b"/Type /Page\n") + pdf.count(b"/Type /Page/") + pdf.count(b"/Type /Page ") <= 6
+
+
+def test_labels_are_told_apart(tracks: list[pt.Track]) -> None:
+    assert labels([tracks[0], tracks[0]]) == [
+        "PF with constraint (joint), N = 500, bias, seed 1 [1]",
+        "PF with constraint (joint), N = 500, bias, seed 1 [2]",
+    ]
+
+
+def test_shared_recording_makes_a_page(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    recording = pt.load(shared("recordings/arm-circle"))
+    out = pt.write_report([pt.track(recording, pt.Layered(), 1)], tmp_path / "out", page=False)
+    assert (out / "track.csv").stat().st_size > 50_000

@@ -1,0 +1,163 @@
+"""Tracking through the Python calls: same bits however it is called, and honest rows where nothing is known."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.methods import METHODS, ArmMethod
+
+ALL: list[ArmMethod] = [
+    pt.Inertial(),
+    pt.Ekf(),
+    pt.Ekf(corrections=("colour", "arm_projection"), bias=True),
+    pt.Plain(particles=300, outlier_fraction=0.01),
+    pt.Layered(particles=300, resampling="systematic", ess_threshold=0.5),
+    pt.LayeredFromConstraint(particles=300),
+    pt.Joint(particles=300, bias=True, offset=True),
+]
+
+
+@pytest.fixture(scope="module")
+def simulation() -> pt.ArmSimulation:
+    return pt.ArmSimulation(pt.ArmScene(duration_s=2.0, occlusions=((1.0, 1.2),)), seed=9)
+
+
+@pytest.fixture(scope="module")
+def sightings(simulation: pt.ArmSimulation) -> pt.Sightings:
+    return pt.Sightings.of(simulation.frame_time_s, simulation.sightings())
+
+
+@pytest.mark.parametrize("method", ALL, ids=lambda method: method.name)
+def test_online_gives_the_same_bytes(simulation: pt.ArmSimulation, sightings: pt.Sightings, method: ArmMethod) -> None:
+    track = pt.track(simulation.recording(), method, seed=3, sightings=sightings)
+    imu = simulation.imu
+    assert imu.gyr is not None
+    tracker = pt.ArmTracker(simulation.arm, simulation.cameras[0], method, seed=3)
+    sample = 0
+    for k, time_s in enumerate(sightings.time_s):
+        while sample < len(imu.time_s) and imu.time_s[sample] <= time_s:
+            tracker.predict(imu.time_s[sample], imu.acc[sample], imu.q_world_sensor[sample], imu.gyr[sample])
+            sample += 1
+        pixel = sightings.pixels[k, 0]
+        estimate = tracker.update(time_s, None if np.isnan(pixel[0]) else pixel)
+        assert np.array_equal(estimate.wrist, track.joints["wrist"].mean[k])
+        assert np.array_equal(estimate.wrist_hi, track.joints["wrist"].hi[k])
+        assert np.array_equal(estimate.covariance, track.state_covariance[k])
+    assert (estimate.ess is None) == (method.name in {"ekf", "inertial"})
+
+
+def test_threads_and_repeats_give_the_same_bytes(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+    method = pt.Joint(particles=6000, bias=True)
+    runs = [pt.track(simulation.recording(), method, 5, sightings=sightings, threads=n) for n in (1, 2, 7, None)]
+    for run in runs[1:]:
+        assert np.array_equal(run.state_mean, runs[0].state_mean)
+        assert np.array_equal(run.state_covariance, runs[0].state_covariance)
+        assert np.array_equal(run.joints["wrist"].mode, runs[0].joints["wrist"].mode)
+    other = pt.track(simulation.recording(), method, 6, sightings=sightings)
+    assert not np.array_equal(other.state_mean, runs[0].state_mean)
+
+
+def test_copies_and_pickles_go_on_where_they_stand(simulation: pt.ArmSimulation) -> None:
+    tracker = pt.ArmTracker(simulation.arm, list(simulation.cameras), pt.Layered(particles=200), seed=1)
+    imu = simulation.imu
+    for k in range(20):
+        tracker.predict(imu.time_s[k], imu.acc[k], imu.q_world_sensor[k])
+    tracker.update(0.195, simulation.sightings()[4, 0])
+    others = [copy.copy(tracker), pickle.loads(pickle.dumps(tracker)), pt.ArmTracker.restore(tracker.save())]  # noqa: S301
+    for each in (tracker, *others):
+        each.predict(imu.time_s[20], imu.acc[20], imu.q_world_sensor[20])
+    expected = tracker.update(0.21, [300.0, 250.0]).mean
+    for each in others:
+        assert np.array_equal(each.update(0.21, [300.0, 250.0]).mean, expected)
+    assert tracker.particles is not None
+    assert tracker.particles.shape == (200, 6)
+
+
+def test_hidden_patch_widens_the_band_and_has_a_reason(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+    track = pt.track(simulation.recording(), pt.Joint(particles=2000), 1, sightings=sightings)
+    hidden = ~sightings.valid
+    assert hidden.sum() == 5
+    assert [bool(words) for words in track.reason] == hidden.tolist()
+    before, last = np.flatnonzero(hidden)[0] - 1, np.flatnonzero(hidden)[-1]
+    assert track.joints["wrist"].sd[last].max() > track.joints["wrist"].sd[before].max()
+
+
+def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+    recording = simulation.recording()
+    behind = pt.Arm(shoulder_m=(0.1, 9.0, 0.25), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=(0.2, 9.3, 1.0))
+    lost = pt.Recording(kind="arm", views=recording.views, imus=recording.imus, arm=behind, truth=recording.truth)
+    unseen = pt.Sightings.of(sightings.time_s, np.where(np.arange(50)[:, None, None] < 7, np.nan, sightings.pixels))
+    with pytest.raises(pt.TrackingError, match=r"frame 7: all 100 particle weights are zero at 0\.28") as error:
+        pt.track(lost, pt.Plain(particles=100), sightings=unseen)
+    track = error.value.track  # type: ignore[attr-defined]
+    assert np.isfinite(track.joints["wrist"].mean[:7]).all()
+    assert np.isnan(track.joints["wrist"].mean[7:]).all()
+    assert track.reason[7] == "the track was lost before"
+    assert "frame 7" in track.lost
+
+
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda: pt.Layered(particles="many"), "Layered.particles is 'many', expected a number"),
+        (lambda: pt.Joint(bias=1), "Joint.bias is 1, expected true or false"),
+        (lambda: tracker_of(pt.Layered(particles=0)), "particles is 0, expected 1 to 4294967295"),
+        (lambda: tracker_of(pt.Layered(resampling="resedual")), "resampling 'resedual' is not known, expected one of"),
+        (lambda: tracker_of(pt.Layered(ess_threshold=2.0)), "ess_threshold is 2, expected 0 to 1"),
+        (lambda: tracker_of(pt.Layered(pixel_sd=0.0)), "pixel_sd is 0, expected a positive number of pixels"),
+        (lambda: tracker_of(pt.Ekf(corrections=("color",))), "correction 'color' is not known"),
+        (lambda: tracker_of(pt.Plain(layers=(("inertial", ("colours",)),))), "likelihood 'colours' is not known"),
+        (lambda: pt.resample("residual", np.array([0.5, -0.5]), 3), "a weight is -0.5, expected a finite number"),
+        (lambda: pt.resample("residual", np.zeros(3), 3), "the sum of weights is 0, expected positive"),
+        (lambda: pt.ArmScene(pattern="spiral"), "pattern is 'spiral', expected one of: circle, rectangle, reach"),
+        (lambda: pt.ArmSimulation(pt.ArmScene(radius_m=0.5)), "m from the shoulder, expected less than 0.550 m"),
+        (lambda: pt.Sightings.of(np.zeros(3), np.zeros((4, 2))), "expected (T, 2) or (T, C, 2)"),
+    ],
+)
+def test_bad_arguments_are_named(make: object, expected: str) -> None:
+    with pytest.raises(pt.InputError) as error:
+        make()  # type: ignore[operator]
+    assert expected in str(error.value)
+
+
+def tracker_of(method: ArmMethod) -> pt.ArmTracker:
+    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=1.0))
+    return pt.ArmTracker(simulation.arm, simulation.cameras[0], method)
+
+
+def test_wrong_shapes_are_named(simulation: pt.ArmSimulation) -> None:
+    tracker = tracker_of(pt.Layered())
+    imu, time_s = simulation.imu, np.zeros(1)
+    for acc, pixels, expected in (
+        (imu.acc[:, :2].copy(), np.zeros((1, 1, 2)), "acc has 2 columns, expected 3"),
+        (imu.acc[:5], np.zeros((1, 1, 2)), "acc has 5 rows, expected 201"),
+        (imu.acc, np.zeros((2, 1, 2)), "pixels has 2 rows, expected 1"),
+        (imu.acc, np.zeros((1, 1, 3)), "pixels has 3 coordinates, expected 2"),
+        (imu.acc, np.zeros((1, 2, 2)), "pixels has 2 cameras, expected 1"),
+    ):
+        with pytest.raises(pt.InputError, match=expected):
+            tracker.run(imu.time_s, acc, imu.q_world_sensor, None, time_s, pixels)
+
+
+def test_every_method_has_a_name_and_documented_parameters() -> None:
+    assert set(METHODS) == {"inertial", "ekf", "plain", "layered", "layeredfromconstraint", "joint"}
+    for name, cls in METHODS.items():
+        assert cls().name == name
+        described = " ".join(c.__doc__ or "" for c in cls.__mro__)
+        assert all(f"{parameter}:" in described or f"`{parameter}" in described for parameter in cls().parameters())
+
+
+def test_two_cameras_of_a_folder_are_one_time_axis(tmp_path: Path) -> None:
+    folder = pt.simulate_arm(tmp_path / "two", pt.ArmScene(duration_s=2.0, cameras=2), seed=2)
+    recording = pt.load(folder)
+    sightings = pt.sight(recording)
+    assert sightings.pixels.shape == (50, 2, 2)
+    assert sightings.valid.all()
+    scores = pt.evaluate(pt.track(recording, pt.Plain(), 1, sightings=sightings), recording.truth)
+    assert scores.joints["wrist"].rms_m < 0.02

@@ -1,0 +1,98 @@
+"""Videos: the container's own times, and files that are no videos."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.formats import video
+
+
+def write_video(path: Path, count: int = 30, rate: float = 25.0, fourcc: str = "mp4v") -> Path:
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), rate, (64, 48))
+    for k in range(count):
+        writer.write(np.full((48, 64, 3), 8 * k % 256, dtype=np.uint8))
+    writer.release()
+    return path
+
+
+def test_times_are_the_containers(tmp_path: Path) -> None:
+    for name, fourcc, rate in (("a.mp4", "mp4v", 25.0), ("b.avi", "MJPG", 29.97)):
+        found = list(video.frames(write_video(tmp_path / name, rate=rate, fourcc=fourcc)))
+        assert [frame.index for frame in found] == list(range(30))
+        assert np.allclose([frame.time_s for frame in found], np.arange(30) / rate, atol=1e-3)
+        assert found[0].image.shape == (48, 64, 3)
+
+
+def test_variable_frame_rate(tmp_path: Path) -> None:
+    """The true presentation times, where index / fps would be wrong by seconds."""
+    av = pytest.importorskip("av", reason="writes a video of variable rate with PyAV")
+    pts = np.cumsum([0, *[20, 40, 40, 120, 33, 400, 40] * 5])
+    path = tmp_path / "variable.mkv"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        stream.time_base = stream.codec_context.time_base = Fraction(1, 1000)
+        for k, time_ms in enumerate(pts):
+            image = np.full((48, 64, 3), 5 * k % 256, dtype=np.uint8)
+            frame = av.VideoFrame.from_ndarray(image, format="bgr24")
+            frame.pts, frame.time_base = int(time_ms), Fraction(1, 1000)
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    found = [frame.time_s for frame in video.frames(path)]
+    assert np.allclose(found, pts / 1000.0, atol=2e-3)
+
+
+def message(path: Path) -> str:
+    with pytest.raises(pt.InputError) as error:
+        list(video.frames(path))
+    return str(error.value)
+
+
+def test_what_is_no_video_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert "none.mp4: no such file, expected a video" in message(tmp_path / "none.mp4")
+    (tmp_path / "empty.mp4").touch()
+    assert "empty.mp4: the file is empty (0 bytes), expected a video" in message(tmp_path / "empty.mp4")
+    (tmp_path / "text.mp4").write_text("not a video at all")
+    assert "text.mp4: cannot be opened as a video (18 bytes)" in message(tmp_path / "text.mp4")
+    whole = write_video(tmp_path / "whole.mp4").read_bytes()
+    (tmp_path / "cut.mp4").write_bytes(whole[: len(whole) // 2])
+    assert "cut.mp4: cannot be opened as a video" in message(tmp_path / "cut.mp4")
+    capfd.readouterr()
+
+
+def test_unknown_codec_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = write_video(tmp_path / "codec.avi", fourcc="MJPG")
+    path.write_bytes(path.read_bytes().replace(b"MJPG", b"ZZZZ"))
+    text = message(path)
+    assert "codec.avi" in text
+    assert "cannot be opened as a video" in text or "no frame that can be decoded" in text
+    capfd.readouterr()
+
+
+def test_truncated_video_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """An AVI keeps its header when its end is missing: frames come, then no more."""
+    path = write_video(tmp_path / "long.avi", count=60, fourcc="MJPG")
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    text = message(path)
+    assert "long.avi: decoding stopped after frame" in text
+    assert "expected 60 frames (2.400 s): the file is cut short or damaged" in text
+    capfd.readouterr()
+
+
+def test_no_frames_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = write_video(tmp_path / "none.avi", count=0, fourcc="MJPG")
+    assert path.name in message(path)
+    capfd.readouterr()
+
+
+def test_streaming_needs_no_memory(tmp_path: Path) -> None:
+    frames = video.frames(write_video(tmp_path / "a.mp4"))
+    assert next(frames).index == 0
+    frames.close()  # type: ignore[attr-defined]
