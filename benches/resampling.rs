@@ -1,7 +1,7 @@
 //! The four resampling schemes at ten thousand particles. `cargo bench --bench resampling`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use pytracker::resample::Scheme;
+use pytracker::resample::{Ancestors, Scheme};
 use pytracker::rng::Streams;
 use std::hint::black_box;
 
@@ -19,7 +19,7 @@ fn schemes(c: &mut Criterion) {
         ("systematic", Scheme::Systematic),
         ("residual", Scheme::Residual),
     ] {
-        let (mut rng, mut ancestors) = (Streams::new(1, 0, 0).resampling(), Vec::new());
+        let (mut rng, mut ancestors) = (Streams::new(1, 0, 0).resampling(), Ancestors::default());
         group.bench_function(name, |b| b.iter(|| scheme.draw(black_box(&weights), LEN, &mut rng, &mut ancestors)));
     }
     group.finish();

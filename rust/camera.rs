@@ -89,6 +89,32 @@ impl Camera {
         Some(self.pixel(x, y))
     }
 
+    /// Squared distance, px², of the pixels of many world points from `pixel`; NaN where [`Camera::project`] has
+    /// none. `points` are columns x, y, z (m); `offset` is added to each.
+    ///
+    /// # Panics
+    /// When a column is shorter than `out`.
+    pub fn squared_distances(&self, points: [&[f64]; 3], offset: Vector3<f64>, pixel: Vector2<f64>, out: &mut [f64]) {
+        let [px, py, pz] = points.map(|column| &column[..out.len()]);
+        if self.distortion.iter().any(|k| *k != 0.0) {
+            for i in 0..out.len() {
+                let seen = self.project(Vector3::new(px[i], py[i], pz[i]) + offset);
+                out[i] = seen.map_or(f64::NAN, |p| (p - pixel).norm_squared());
+            }
+            return;
+        }
+        // Without distortion all of eq. (7) is one matrix: straight code that vector instructions can do.
+        let (m, s) = (self.matrix * self.rotation, self.matrix * (self.rotation * offset + self.translation));
+        for i in 0..out.len() {
+            let (x, y, z) = (px[i], py[i], pz[i]);
+            let depth = m[(2, 0)] * x + m[(2, 1)] * y + m[(2, 2)] * z + s.z;
+            let inverse = 1.0 / depth;
+            let u = (m[(0, 0)] * x + m[(0, 1)] * y + m[(0, 2)] * z + s.x) * inverse - pixel.x;
+            let v = (m[(1, 0)] * x + m[(1, 1)] * y + m[(1, 2)] * z + s.y) * inverse - pixel.y;
+            out[i] = if depth > 0.0 { u * u + v * v } else { f64::NAN };
+        }
+    }
+
     /// Pixel and its derivative by the world point, `(2, 3)` px/m.
     pub fn project_with_jacobian(&self, world: Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
         let p = self.rotation * world + self.translation;
@@ -181,6 +207,23 @@ mod tests {
         assert!((pixel - Vector2::new(OPENCV[0], OPENCV[1])).norm() < 1e-9, "{pixel}");
     }
     const OPENCV: [f64; 2] = [483.288_636_965_793_67, 107.463_329_134_150_57];
+
+    #[test]
+    fn many_points_are_as_one_by_one() {
+        for k in [[0.0; 5], [-0.2, 0.05, 0.001, -0.002, 0.01]] {
+            let (camera, offset, pixel) = (camera(k), Vector3::new(0.01, -0.02, 0.03), Vector2::new(300.0, 250.0));
+            let column = |d: f64| (0..40).map(|i| (f64::from(i) * d).sin() * 3.0).collect::<Vec<_>>();
+            let (x, y, z) = (column(0.3), column(0.5), column(0.7));
+            let mut out = vec![0.0; 40];
+            camera.squared_distances([&x, &y, &z], offset, pixel, &mut out);
+            for i in 0..40 {
+                match camera.project(Vector3::new(x[i], y[i], z[i]) + offset) {
+                    None => assert!(out[i].is_nan()),
+                    Some(p) => assert!((out[i] / (p - pixel).norm_squared() - 1.0).abs() < 1e-9),
+                }
+            }
+        }
+    }
 
     #[test]
     fn what_is_not_a_camera_is_refused() {

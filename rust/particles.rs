@@ -5,7 +5,7 @@
 //! owner of a random stream. Sums run inside a block, then over blocks in order, so that they do not depend
 //! on the number of threads.
 
-use crate::resample::Scheme;
+use crate::resample::{Ancestors, Scheme};
 use crate::rng::{BLOCK, Streams};
 use crate::{Result, error::require};
 use nalgebra::{DMatrix, DVector};
@@ -14,10 +14,10 @@ use serde::{Deserialize, Serialize};
 
 mod summary;
 
-pub use summary::{Interval, LOWER, UPPER};
+pub use summary::{Interval, LOWER, Summary, UPPER};
 
 /// From this many blocks on, work is shared between threads; below it the sharing costs more than it saves.
-const PARALLEL_BLOCKS: usize = 16;
+const PARALLEL_BLOCKS: usize = 32;
 
 /// `N` weighted particles of `D` columns.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -25,7 +25,10 @@ pub struct ParticleSet {
     len: usize,
     dim: usize,
     blocks: Vec<f64>,
+    /// Logarithms of the weights, less what is the same for all.
     log_weights: Vec<f64>,
+    /// The logarithm of the sum that `log_weights` have.
+    log_sum: f64,
     weights: Vec<f64>,
     #[serde(skip)]
     scratch: Scratch,
@@ -35,7 +38,7 @@ pub struct ParticleSet {
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     blocks: Vec<f64>,
-    ancestors: Vec<u32>,
+    ancestors: Ancestors,
 }
 
 impl PartialEq for Scratch {
@@ -125,6 +128,7 @@ impl ParticleSet {
             dim,
             blocks: vec![0.0; len.div_ceil(BLOCK) * BLOCK * dim],
             log_weights: vec![0.0; len],
+            log_sum: 0.0,
             weights: vec![0.0; len],
             scratch: Scratch::default(),
         };
@@ -198,12 +202,14 @@ impl ParticleSet {
         }
     }
 
-    fn is_parallel(&self) -> bool {
+    /// Whether loops over this set are shared between threads.
+    pub(crate) fn is_parallel(&self) -> bool {
         self.len >= PARALLEL_BLOCKS * BLOCK
     }
 
     fn equal_weights(&mut self) {
-        self.log_weights.fill(-(self.len as f64).ln());
+        self.log_weights.fill(0.0);
+        self.log_sum = (self.len as f64).ln();
         self.weights.fill(1.0 / self.len as f64);
     }
 
@@ -216,30 +222,50 @@ impl ParticleSet {
     /// When `log_likelihood` has another length than the set.
     pub fn reweigh(&mut self, log_likelihood: &[f64]) -> Option<f64> {
         assert_eq!(log_likelihood.len(), self.len, "one value a particle");
-        let largest = self.log_weights.iter().zip(log_likelihood).map(|(w, l)| w + l).fold(f64::NEG_INFINITY, f64::max);
-        if !largest.is_finite() || log_likelihood.iter().any(|l| l.is_nan()) {
-            return None;
-        }
-        for (w, l) in self.log_weights.iter_mut().zip(log_likelihood) {
-            *w += l;
-        }
-        let work = |(weights, logs): (&mut [f64], &[f64])| {
-            for (w, l) in weights.iter_mut().zip(logs) {
-                *w = (l - largest).exp();
+        let largest = self.largest_sum(log_likelihood)?;
+        let work = |((weights, logs), likelihood): ((&mut [f64], &mut [f64]), &[f64])| {
+            for ((w, log), l) in weights.iter_mut().zip(logs).zip(likelihood) {
+                *log += l - largest;
+                *w = exp(*log);
             }
             weights.iter().sum::<f64>()
         };
-        let sum: f64 = if self.is_parallel() {
-            let sums: Vec<f64> =
-                self.weights.par_chunks_mut(BLOCK).zip(self.log_weights.par_chunks(BLOCK)).map(work).collect();
-            sums.iter().sum()
+        let scaled = |scale: f64| move |weights: &mut [f64]| weights.iter_mut().for_each(|w| *w *= scale);
+        let sum: f64;
+        if self.is_parallel() {
+            let blocks = self.weights.par_chunks_mut(BLOCK).zip(self.log_weights.par_chunks_mut(BLOCK));
+            let sums: Vec<f64> = blocks.zip(log_likelihood.par_chunks(BLOCK)).map(work).collect();
+            sum = sums.iter().sum();
+            self.weights.par_chunks_mut(BLOCK).for_each(scaled(1.0 / sum));
         } else {
-            self.weights.chunks_mut(BLOCK).zip(self.log_weights.chunks(BLOCK)).map(work).sum()
-        };
-        let (scale, evidence) = (1.0 / sum, largest + sum.ln());
-        self.weights.iter_mut().for_each(|w| *w *= scale);
-        self.log_weights.iter_mut().for_each(|w| *w -= evidence);
+            let blocks = self.weights.chunks_mut(BLOCK).zip(self.log_weights.chunks_mut(BLOCK));
+            sum = blocks.zip(log_likelihood.chunks(BLOCK)).map(work).sum();
+            self.weights.chunks_mut(BLOCK).for_each(scaled(1.0 / sum));
+        }
+        let evidence = largest + sum.ln() - self.log_sum;
+        self.log_sum = sum.ln();
         Some(evidence)
+    }
+
+    /// The largest `log_weight + log_likelihood`; `None` where that is not finite or any is not a number.
+    fn largest_sum(&self, log_likelihood: &[f64]) -> Option<f64> {
+        let work = |(logs, likelihood): (&[f64], &[f64])| {
+            let (mut largest, mut is_nan) = (f64::NEG_INFINITY, false);
+            for (w, l) in logs.iter().zip(likelihood) {
+                let sum = w + l;
+                is_nan |= sum.is_nan();
+                largest = if sum > largest { sum } else { largest };
+            }
+            if is_nan { f64::NAN } else { largest }
+        };
+        let pick = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
+        let largest = if self.is_parallel() {
+            let blocks = self.log_weights.par_chunks(BLOCK).zip(log_likelihood.par_chunks(BLOCK));
+            blocks.map(work).reduce(|| f64::NEG_INFINITY, pick)
+        } else {
+            self.log_weights.chunks(BLOCK).zip(log_likelihood.chunks(BLOCK)).map(work).fold(f64::NEG_INFINITY, pick)
+        };
+        largest.is_finite().then_some(largest)
     }
 
     /// Effective sample size, `1 / sum(w²)`: between 1 and `N`.
@@ -253,10 +279,10 @@ impl ParticleSet {
     pub fn resample(&mut self, scheme: Scheme, streams: Streams) -> &[u32] {
         let mut ancestors = std::mem::take(&mut self.scratch.ancestors);
         scheme.draw(&self.weights, self.len, &mut streams.resampling(), &mut ancestors);
-        self.copy_from(&ancestors);
+        self.copy_from(ancestors.indices());
         self.equal_weights();
         self.scratch.ancestors = ancestors;
-        &self.scratch.ancestors
+        self.scratch.ancestors.indices()
     }
 
     fn copy_from(&mut self, ancestors: &[u32]) {
@@ -264,10 +290,14 @@ impl ParticleSet {
         next.resize(self.blocks.len(), 0.0);
         let (stride, source) = (self.dim * BLOCK, &self.blocks);
         let work = |(to, ancestors): (&mut [f64], &[u32])| {
+            let mut from = [0; BLOCK];
+            for (from, &ancestor) in from.iter_mut().zip(ancestors) {
+                *from = ancestor as usize / BLOCK * stride + ancestor as usize % BLOCK;
+            }
             for (d, column) in to.chunks_mut(BLOCK).enumerate() {
-                for (value, &ancestor) in column.iter_mut().zip(ancestors) {
-                    let (block, lane) = (ancestor as usize / BLOCK, ancestor as usize % BLOCK);
-                    *value = source[block * stride + d * BLOCK + lane];
+                let source = &source[d * BLOCK..];
+                for (value, &from) in column.iter_mut().zip(&from[..ancestors.len()]) {
+                    *value = source[from];
                 }
             }
         };
@@ -279,21 +309,48 @@ impl ParticleSet {
         self.scratch.blocks = std::mem::replace(&mut self.blocks, next);
     }
 
+    /// Weighted mean and covariance, 95 % bands of the first `K` columns, and where these are densest.
+    pub fn summary<const K: usize>(&self) -> Summary<K> {
+        summary::summarise(self)
+    }
+
     /// Weighted mean, `(D,)`, and covariance, `(D, D)`.
     pub fn moments(&self) -> (DVector<f64>, DMatrix<f64>) {
         summary::moments(self)
     }
+}
 
-    /// Weighted 2.5 % and 97.5 % quantiles of one column: the particles at which the cumulative weight,
-    /// in order of value, first reaches [`LOWER`] and [`UPPER`].
-    pub fn interval(&self, column: usize) -> Interval {
-        summary::interval(self, column)
+/// `e^x` for `x <= 0` within two units in the last place, in straight code that vector instructions can do:
+/// `x = k ln 2 + r`, a polynomial for `e^r`, and `k` added to the exponent (Cody & Waite 1980).
+fn exp(x: f64) -> f64 {
+    const WHOLE: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52: adding it leaves the nearest whole number
+    const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;
+    const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+    // Below this the result is smaller than any normal number.
+    let x = if x > -708.0 { x } else { -708.0 };
+    let shifted = x * std::f64::consts::LOG2_E + WHOLE;
+    let k = shifted - WHOLE;
+    let r = (x - k * LN2_HIGH) - k * LN2_LOW;
+    let mut p = 1.0 / 6_227_020_800.0;
+    for c in [
+        1.0 / 479_001_600.0,
+        1.0 / 39_916_800.0,
+        1.0 / 3_628_800.0,
+        1.0 / 362_880.0,
+        1.0 / 40_320.0,
+        1.0 / 5_040.0,
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        0.5,
+        1.0,
+        1.0,
+    ] {
+        p = p * r + c;
     }
-
-    /// Where the first `K` columns are densest, found along the direction in which they spread most.
-    pub fn mode<const K: usize>(&self) -> nalgebra::SVector<f64, K> {
-        summary::mode(self)
-    }
+    // The low bits of `shifted` are k.
+    f64::from_bits(p.to_bits().wrapping_add(shifted.to_bits() << 52))
 }
 
 #[cfg(test)]
@@ -343,6 +400,16 @@ mod tests {
         // Very small likelihoods do not underflow.
         let evidence = set.reweigh(&[-5000.0; 4]).unwrap();
         assert!((evidence + 5000.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn exp_is_the_exponential() {
+        for i in 0..200_000 {
+            let x = -f64::from(i) * 0.003_5;
+            assert!((exp(x) / x.exp() - 1.0).abs() < 5e-16, "{x}");
+        }
+        assert_eq!(exp(0.0), 1.0);
+        assert!(exp(f64::NEG_INFINITY) < 1e-300 && exp(-1e9) < 1e-300);
     }
 
     #[test]

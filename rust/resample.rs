@@ -9,7 +9,15 @@
 use crate::rng::Stream;
 use crate::{Error, Result};
 use rand::RngExt;
+use rand_distr::Exp1;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// Particles that are walked over together, by one thread.
+const GROUP: usize = 8192;
+
+/// Up to this many groups, sharing them between threads costs more than it saves.
+const SERIAL_GROUPS: usize = 4;
 
 /// How the next generation is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,106 +51,166 @@ impl Scheme {
     }
 
     /// Draw `n` ancestors, ascending, from `weights` (normalised, at least one positive) into `ancestors`.
-    pub fn draw(self, weights: &[f64], n: usize, rng: &mut Stream, ancestors: &mut Vec<u32>) {
-        ancestors.clear();
+    pub fn draw(self, weights: &[f64], n: usize, rng: &mut Stream, ancestors: &mut Ancestors) {
         match self {
-            Self::Stratified => walk(weights, n, ancestors, |_| rng.random()),
+            Self::Stratified => strata(weights, n, &mut ancestors.indices, || rng.random()),
             Self::Systematic => {
                 let offset: f64 = rng.random();
-                walk(weights, n, ancestors, |_| offset);
+                strata(weights, n, &mut ancestors.indices, || offset);
             }
-            Self::Multinomial => {
-                let mut counts = vec![0; weights.len()];
-                draw_counts(weights, n, rng, &mut counts);
-                expand(&counts, n, ancestors);
-            }
-            Self::Residual => {
-                let (mut counts, remainders, left) = residuals(weights, n);
-                draw_counts(&remainders, left, rng, &mut counts);
-                expand(&counts, n, ancestors);
-            }
+            Self::Multinomial => independent(weights, n, |_| 0.0, rng, ancestors),
+            Self::Residual => independent(weights, n, floor, rng, ancestors),
         }
     }
 }
 
-/// Walk the cumulative weights past the points `(k + u(k)) / n`.
-fn walk(weights: &[f64], n: usize, ancestors: &mut Vec<u32>, mut u: impl FnMut(usize) -> f64) {
+/// Where the next generation comes from; memory that is kept from call to call.
+#[derive(Debug, Clone, Default)]
+pub struct Ancestors {
+    indices: Vec<u32>,
+    points: Vec<f64>,
+}
+
+impl Ancestors {
+    /// Ascending indices of the last draw.
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+}
+
+/// Walk the cumulative weights past the points `(k + u) / n`.
+fn strata(weights: &[f64], n: usize, indices: &mut Vec<u32>, mut u: impl FnMut() -> f64) {
     let last = last_positive(weights);
     let (mut index, mut cumulative) = (0, weights[0]);
+    indices.clear();
     for k in 0..n {
-        let point = (k as f64 + u(k)) / n as f64;
+        let point = (k as f64 + u()) / n as f64;
         while point >= cumulative && index < last {
             index += 1;
             cumulative += weights[index];
         }
-        ancestors.push(index as u32);
+        indices.push(index as u32);
     }
 }
 
-/// Copies `floor(n * weight)`, the remainders, and how many draws are left for them.
-fn residuals(weights: &[f64], n: usize) -> (Vec<u32>, Vec<f64>, usize) {
-    let mut left = n;
-    let mut counts = Vec::with_capacity(weights.len());
-    let mut remainders = Vec::with_capacity(weights.len());
-    for weight in weights {
-        let expected = weight * n as f64;
-        // A sum of weights a rounding above one must not give more copies than there are places.
-        let copies = (expected as usize).min(left);
-        left -= copies;
-        counts.push(copies as u32);
-        remainders.push(expected - copies as f64);
-    }
-    (counts, remainders, left)
-}
-
-/// Add `n` independent draws in proportion to `weights` (any positive sum) to `counts`.
+/// `copies(n * weight)` of every particle, and independent draws in proportion to what that leaves.
 ///
-/// Each draw is looked up through a table of starting points ("cut points", Chen & Asau 1974), so it costs a
-/// step or two whatever the number of particles.
-fn draw_counts(weights: &[f64], n: usize, rng: &mut Stream, counts: &mut [u32]) {
-    if n == 0 {
-        return;
-    }
+/// Independent uniforms come sorted as normalised sums of exponentials (Devroye 1986, V.3), so that one walk
+/// over the particles serves. The walk is done in groups of [`GROUP`] particles, which threads may share:
+/// where a group starts follows from the sums of those before it.
+fn independent(
+    weights: &[f64],
+    n: usize,
+    copies: impl Fn(f64) -> f64 + Sync,
+    rng: &mut Stream,
+    ancestors: &mut Ancestors,
+) {
+    let places = n as f64;
+    let Ancestors { indices, points } = ancestors;
+    let left_by = |weights: &[f64]| {
+        let (mut copied, mut remainder) = (0.0, 0.0);
+        for weight in weights {
+            let expected = weight * places;
+            copied += copies(expected);
+            remainder += expected - copies(expected);
+        }
+        (copied, remainder)
+    };
+    let sums: Vec<(f64, f64)> = weights.chunks(GROUP).map(left_by).collect();
+    let (copied, remainder) = sums.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
+    points.clear();
     let mut sum = 0.0;
-    let cumulative: Vec<f64> = weights
-        .iter()
-        .map(|w| {
-            sum += w;
-            sum
-        })
-        .collect();
-    let last = last_positive(weights);
-    let cells = weights.len();
-    let per_cell = sum / cells as f64;
-    let mut start = Vec::with_capacity(cells);
-    let mut index = 0;
-    for cell in 0..cells {
-        while index < last && cumulative[index] <= cell as f64 * per_cell {
-            index += 1;
-        }
-        start.push(index as u32);
+    // Weights that sum to a rounding above one must not give more copies than there are places: `as` stops at 0.
+    points.extend((0..(places - copied) as usize).map(|_| {
+        let gap: f64 = rng.sample(Exp1);
+        sum += gap;
+        sum
+    }));
+    // The walk is in the unit of the points, not the other way round: one product instead of one a draw.
+    let scale = (sum + rng.sample::<f64, _>(Exp1)) / remainder;
+    indices.resize(n, 0);
+    let mut groups = Vec::with_capacity(sums.len());
+    let (mut before, mut rest) = (Walk { first: 0, next: 0, passed: 0.0 }, &mut indices[..]);
+    let mut copied = 0.0;
+    for (g, sum) in sums.iter().enumerate() {
+        copied += sum.0;
+        let passed = before.passed + sum.1 * scale;
+        let is_last = g + 1 == sums.len();
+        let next = if is_last { points.len() } else { points.partition_point(|point| *point < passed) };
+        let end = if is_last { n } else { (copied as usize + next).min(n) };
+        let (here, after) = rest.split_at_mut(end - (n - rest.len()));
+        groups.push((before, here));
+        (before, rest) = (Walk { first: (g + 1) * GROUP, next, passed }, after);
     }
-    for _ in 0..n {
-        let u: f64 = rng.random();
-        let mut index = start[(u * cells as f64) as usize] as usize;
-        while index < last && u * sum >= cumulative[index] {
-            index += 1;
-        }
-        counts[index] += 1;
+    points.push(f64::INFINITY);
+    let work = |((start, out), weights): ((Walk, &mut [u32]), &[f64])| {
+        start.walk(weights, places, scale, &copies, points, out);
+    };
+    if sums.len() > SERIAL_GROUPS {
+        groups.into_par_iter().zip(weights.par_chunks(GROUP)).for_each(work);
+    } else {
+        groups.into_iter().zip(weights.chunks(GROUP)).for_each(work);
     }
 }
 
-/// Write index `i` `counts[i]` times.
-fn expand(counts: &[u32], n: usize, ancestors: &mut Vec<u32>) {
-    ancestors.resize(n, 0);
-    let mut at = 0;
-    for (index, &count) in counts.iter().enumerate() {
-        for slot in &mut ancestors[at..at + count as usize] {
-            *slot = index as u32;
+/// Where a group of particles starts.
+#[derive(Debug, Clone, Copy)]
+struct Walk {
+    /// Its first particle.
+    first: usize,
+    /// The first point that is not before it.
+    next: usize,
+    /// The scaled remainders of all particles before it.
+    passed: f64,
+}
+
+impl Walk {
+    /// Write every particle of the group as often as it was drawn.
+    fn walk(
+        mut self,
+        weights: &[f64],
+        places: f64,
+        scale: f64,
+        copies: &impl Fn(f64) -> f64,
+        points: &[f64],
+        out: &mut [u32],
+    ) {
+        let mut at = 0;
+        for (index, weight) in (self.first as u32..).zip(weights) {
+            let expected = weight * places;
+            let certain = copies(expected);
+            self.passed += (expected - certain) * scale;
+            // Whether one more is drawn is a toss-up, so it is added without a branch; two more are rare.
+            let one_more = usize::from(points[self.next] < self.passed);
+            let mut count = certain as usize + one_more;
+            self.next += one_more;
+            while points[self.next] < self.passed {
+                count += 1;
+                self.next += 1;
+            }
+            let end = (at + count).min(out.len());
+            if let Some([one, two]) = out.get_mut(at..at + 2) {
+                // Written before they are counted, again to spare a branch.
+                *one = index;
+                *two = index;
+                if count > 2 {
+                    out[at + 2..end].fill(index);
+                }
+            } else {
+                out[at..end].fill(index);
+            }
+            at = end;
         }
-        at += count as usize;
+        // Points that rounding left beyond the last remainder belong to the last particle with weight.
+        out[at..].fill((self.first + last_positive(weights)) as u32);
     }
-    debug_assert_eq!(at, n);
+}
+
+/// `x.floor()` for `0 <= x < 2^51`, in operations that every x86-64 has as vector instructions.
+fn floor(x: f64) -> f64 {
+    const WHOLE: f64 = 4_503_599_627_370_496.0;
+    let nearest = (x + WHOLE) - WHOLE;
+    if nearest > x { nearest - 1.0 } else { nearest }
 }
 
 /// The last particle that may be drawn at all.
@@ -159,9 +227,9 @@ mod tests {
     const ALL: [Scheme; 4] = [Scheme::Multinomial, Scheme::Stratified, Scheme::Systematic, Scheme::Residual];
 
     fn draw(scheme: Scheme, weights: &[f64], n: usize, seed: u64) -> Vec<u32> {
-        let mut ancestors = Vec::new();
+        let mut ancestors = Ancestors::default();
         scheme.draw(weights, n, &mut Stream::seed_from_u64(seed), &mut ancestors);
-        ancestors
+        ancestors.indices
     }
 
     fn counts(ancestors: &[u32], len: usize) -> Vec<usize> {
@@ -235,11 +303,49 @@ mod tests {
         }
     }
 
+    /// Groups change nothing: a large set, light and heavy particles, zeros at the seams.
+    #[test]
+    fn large_sets_are_drawn_as_small_ones() {
+        let len = 5 * GROUP + 77;
+        let raw: Vec<f64> =
+            (0..len).map(|i| if i % GROUP < 3 { 0.0 } else { (i % 97) as f64 * (i % 5) as f64 }).collect();
+        let sum: f64 = raw.iter().sum();
+        let w: Vec<f64> = raw.iter().map(|x| x / sum).collect();
+        let seeds = 100;
+        for scheme in [Scheme::Residual, Scheme::Multinomial] {
+            let mut total = vec![0usize; len];
+            for seed in 0..seeds {
+                let ancestors = draw(scheme, &w, len, seed);
+                assert!(ancestors.len() == len && ancestors.is_sorted());
+                for i in ancestors {
+                    assert!(w[i as usize] > 0.0);
+                    total[i as usize] += 1;
+                }
+            }
+            let z2: f64 = (0..len)
+                .filter(|i| w[*i] > 0.0)
+                .map(|i| {
+                    let expected = w[i] * len as f64 * seeds as f64;
+                    (total[i] as f64 - expected).powi(2) / expected
+                })
+                .sum::<f64>()
+                / len as f64;
+            assert!(z2 < 1.05, "{scheme:?}: {z2}");
+        }
+    }
+
     #[test]
     fn equal_weights_keep_every_particle_once() {
         let w = vec![1.0 / 64.0; 64];
         for scheme in [Scheme::Stratified, Scheme::Systematic, Scheme::Residual] {
             assert_eq!(counts(&draw(scheme, &w, 64, 3), 64), vec![1; 64], "{scheme:?}");
+        }
+    }
+
+    #[test]
+    fn floor_is_floor() {
+        for x in [0.0, 0.25, 0.5, 0.999_999_999, 1.0, 1.5, 2.5, 1e6 - 1e-6, 4_294_967_295.75] {
+            assert_eq!(floor(x), x.floor());
         }
     }
 

@@ -67,8 +67,11 @@ fn tracker(noise: Noise, method: Method) -> ArmTracker {
     ArmTracker::new(arm(), vec![view()], noise, method, 7).unwrap()
 }
 
+/// Time and one pixel a camera.
+type Pixels = (f64, Vec<Option<Vector2<f64>>>);
+
 /// A second of a wrist at rest, elbow above it, read at 100 Hz, with a frame every 40 ms.
-fn recording() -> (Vec<Sample>, Vec<(f64, Vec<Option<Vector2<f64>>>)>) {
+fn recording() -> (Vec<Sample>, Vec<Pixels>) {
     let world_sensor = Quaternion::from_rotation_vector(Vector3::new(0.9, 0.1, 0.3));
     let gravity = world_sensor.conjugate().rotate(Vector3::new(0.0, 0.0, 9.806_65));
     let samples = (0..100)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.recording import triple
 from pytracker.simulate.scene import render
 
 
@@ -121,8 +122,8 @@ def qualisys_cameras(path: Path) -> list[pt.Camera]:
                     (0.0, f["focalLengthV"] / 64, f["centerPointV"] / 64),
                     (0.0, 0.0, 1.0),
                 ),
-                rotation=tuple(map(tuple, rotation)),  # type: ignore[arg-type]
-                translation_m=tuple(translation),  # type: ignore[arg-type]
+                rotation=(triple(rotation[0]), triple(rotation[1]), triple(rotation[2])),
+                translation_m=triple(translation),
                 distortion=(
                     f["radialDistortion1"],
                     f["radialDistortion2"],

@@ -15,6 +15,7 @@ from scipy.io import loadmat
 
 import pytracker as pt
 from pytracker.methods import ArmMethod
+from pytracker.recording import triple
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import look_at
 
@@ -30,7 +31,7 @@ class Pooled:
 
     @property
     def distance(self) -> np.ndarray:
-        return np.linalg.norm(self.error, axis=2)
+        return np.asarray(np.linalg.norm(self.error, axis=2))
 
     @property
     def rms(self) -> float:
@@ -149,17 +150,14 @@ def broad(path: Path, azimuths_deg: tuple[float, ...], seed: int) -> tuple[pt.Re
     imu = pt.Imu(time_s=time_s[use], acc=data["imu_acc"][use], q_world_sensor=q[use], gyr=data["imu_gyr"][use])
     centre = np.nanmean(position, axis=0)
     distance = 3.0
-    cameras = [
-        look_at((float(centre[0]), float(centre[1]), float(centre[2])), a, 0.0, distance, (0.0, 0.0, 0.0))
-        for a in azimuths_deg
-    ]
+    cameras = [look_at(triple(centre), a, 0.0, distance, (0.0, 0.0, 0.0)) for a in azimuths_deg]
     frame_time_s = np.arange(time_s[first], time_s[-1], 1 / 25)
     truth = pt.Truth(time_s=time_s, joints_m={"wrist": position})
     at = truth.at("wrist", frame_time_s)
     pixels = np.stack([camera.project(at) for camera in cameras], axis=1)
     pixels += 4.0 * np.random.default_rng(seed).standard_normal(pixels.shape)
     start = position[first]
-    arm = pt.Arm(shoulder_m=(0, 0, 0), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=tuple(map(float, start)))
+    arm = pt.Arm(shoulder_m=(0, 0, 0), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=triple(start))
     views = tuple(pt.View(camera=camera) for camera in cameras)
     recording = pt.Recording(kind="arm", views=views, imus=(imu,), arm=arm, truth=truth)
     return recording, pt.Sightings.of(frame_time_s, pixels), at

@@ -95,7 +95,7 @@ def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sight
     unseen = pt.Sightings.of(sightings.time_s, np.where(np.arange(50)[:, None, None] < 7, np.nan, sightings.pixels))
     with pytest.raises(pt.TrackingError, match=r"frame 7: all 100 particle weights are zero at 0\.28") as error:
         pt.track(lost, pt.Plain(particles=100), sightings=unseen)
-    track = error.value.track  # type: ignore[attr-defined]
+    track = error.value.track
     assert np.isfinite(track.joints["wrist"].mean[:7]).all()
     assert np.isnan(track.joints["wrist"].mean[7:]).all()
     assert track.reason[7] == "the track was lost before"
@@ -105,8 +105,14 @@ def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sight
 @pytest.mark.parametrize(
     ("make", "expected"),
     [
-        (lambda: pt.Layered(particles="many"), "Layered.particles is 'many', expected a number"),
-        (lambda: pt.Joint(bias=1), "Joint.bias is 1, expected true or false"),
+        (
+            lambda: pt.Layered(particles="many"),  # type: ignore[arg-type]
+            "Layered.particles is 'many', expected a number",
+        ),
+        (
+            lambda: pt.Joint(bias=1),  # type: ignore[arg-type]
+            "Joint.bias is 1, expected true or false",
+        ),
         (lambda: tracker_of(pt.Layered(particles=0)), "particles is 0, expected 1 to 4294967295"),
         (lambda: tracker_of(pt.Layered(resampling="resedual")), "resampling 'resedual' is not known, expected one of"),
         (lambda: tracker_of(pt.Layered(ess_threshold=2.0)), "ess_threshold is 2, expected 0 to 1"),

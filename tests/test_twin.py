@@ -20,7 +20,7 @@ def samples_per_frame(simulation: pt.ArmSimulation) -> list[tuple[list[tuple[flo
     imu = simulation.imu
     frames, last = [], None
     for time_s in simulation.frame_time_s:
-        steps = []
+        steps: list[tuple[float, Float, Float]] = []
         if last is not None:
             edges = [last, *imu.time_s[(imu.time_s > last) & (imu.time_s < time_s)], time_s]
             for start, end in itertools.pairwise(edges):
@@ -62,7 +62,7 @@ def test_ekf_is_the_textbook(simulation: pt.ArmSimulation) -> None:
         forearm = rotate(q, np.array([0, arm.forearm_m, 0]))
 
         def length(x: Float, forearm: Float = forearm) -> Float:
-            return np.atleast_1d(np.linalg.norm(x[:3] + forearm - arm.shoulder_m))
+            return np.atleast_1d(np.asarray(np.linalg.norm(x[:3] + forearm - arm.shoulder_m)))
 
         def pixel(x: Float) -> Float:
             return camera.project(x[None, :3])[0]

@@ -6,7 +6,8 @@
 use super::state::{Layout, Noise, POSITION, View};
 use crate::filter::Likelihood;
 use crate::particles::{Block, ParticleSet};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector2, Vector3};
+use crate::rng::BLOCK;
+use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
 use std::f64::consts::TAU;
 
 /// One patch centre in one camera.
@@ -34,34 +35,48 @@ impl<'a> Colour<'a> {
         Self { sightings, world_sensor, layout, pixel_sd: noise.pixel_sd, outlier_fraction: noise.outlier_fraction }
     }
 
-    /// `ln p(z | patch)` of one sighting as a function of the squared pixel distance.
-    fn log_density(&self, sighting: &Sighting<'_>) -> impl Fn(Option<f64>) -> f64 + use<> {
+    /// Add `ln p(z | patch)` of one sighting to `out`.
+    fn add_sighting(&self, sighting: &Sighting<'_>, block: Block<'_>, out: &mut [f64]) {
+        let mut buffer = [0.0; BLOCK];
+        let distance2 = &mut buffer[..out.len()];
+        let camera = &sighting.view.camera;
+        let glued = self.world_sensor * sighting.view.patch_offset;
+        let wrist = block.columns::<3>(POSITION);
+        match self.layout.offset {
+            None => camera.squared_distances(wrist, glued, sighting.pixel, distance2),
+            Some(column) => {
+                let [x, y, z] = &self.patches(wrist, block.columns::<3>(column));
+                camera.squared_distances([x, y, z], glued, sighting.pixel, distance2);
+            }
+        }
         let variance = self.pixel_sd * self.pixel_sd;
         let (peak, scale) = (-(TAU * variance).ln(), -0.5 / variance);
-        let k = sighting.view.camera.matrix();
-        // The image is taken to be twice its principal point in width and height.
-        let area = (4.0 * k[(0, 2)] * k[(1, 2)]).abs().max(1.0);
-        let (outlier, inlier) = (self.outlier_fraction / area, (1.0 - self.outlier_fraction).ln());
-        move |distance2| match distance2 {
-            None if outlier > 0.0 => outlier.ln(),
-            None => f64::NEG_INFINITY,
-            Some(d2) if outlier > 0.0 => ((inlier + peak + scale * d2).exp() + outlier).ln(),
-            Some(d2) => peak + scale * d2,
+        if self.outlier_fraction > 0.0 {
+            let k = camera.matrix();
+            // The image is taken to be twice its principal point in width and height.
+            let outlier = self.outlier_fraction / (4.0 * k[(0, 2)] * k[(1, 2)]).abs().max(1.0);
+            let inlier = (1.0 - self.outlier_fraction).ln() + peak;
+            for (o, d2) in out.iter_mut().zip(distance2) {
+                let density = if d2.is_nan() { 0.0 } else { (inlier + scale * *d2).exp() };
+                *o += (density + outlier).ln();
+            }
+        } else {
+            for (o, d2) in out.iter_mut().zip(distance2) {
+                *o += if d2.is_nan() { f64::NEG_INFINITY } else { peak + scale * *d2 };
+            }
         }
     }
 
-    fn add_sighting(&self, sighting: &Sighting<'_>, block: Block<'_>, out: &mut [f64]) {
-        let density = self.log_density(sighting);
-        let [x, y, z] = block.columns(POSITION);
-        let glued = self.world_sensor * sighting.view.patch_offset;
-        let estimated = self.layout.offset.map(|column| block.columns::<3>(column));
-        for i in 0..out.len() {
-            let mut patch = Vector3::new(x[i], y[i], z[i]) + glued;
-            if let Some([ox, oy, oz]) = estimated {
-                patch += self.world_sensor * Vector3::new(ox[i], oy[i], oz[i]);
+    /// Columns of `wrist + R_world_sensor * offset`, both particle by particle.
+    fn patches(&self, wrist: [&[f64]; 3], offset: [&[f64]; 3]) -> [[f64; BLOCK]; 3] {
+        let (r, [x, y, z]) = (&self.world_sensor, offset);
+        let mut patch = [[0.0; BLOCK]; 3];
+        for d in 0..3 {
+            for i in 0..wrist[d].len() {
+                patch[d][i] = wrist[d][i] + r[(d, 0)] * x[i] + r[(d, 1)] * y[i] + r[(d, 2)] * z[i];
             }
-            out[i] += density(sighting.view.camera.project(patch).map(|p| (p - sighting.pixel).norm_squared()));
         }
+        patch
     }
 
     /// Residual `(2M,)`, slope `(2M, D)` and noise variance of the sightings about one state, for a linear

@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::filter::Gaussian;
-use crate::particles::{Interval, ParticleSet};
+use crate::particles::{ParticleSet, Summary};
 use crate::{Error, Result, error::require};
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -208,11 +208,10 @@ impl Estimate {
         forearm: Vector3<f64>,
         log_evidence: Option<f64>,
     ) -> Self {
-        let (mean, covariance) = particles.moments();
-        let bands: [Interval; 3] = std::array::from_fn(|d| particles.interval(POSITION + d));
+        let Summary { mean, covariance, bands, mode } = particles.summary::<3>();
         let wrist = Point {
             mean: mean.fixed_rows::<3>(POSITION).into(),
-            mode: particles.mode::<3>(),
+            mode,
             sd: Vector3::from_fn(|d, _| covariance[(d, d)].max(0.0).sqrt()),
             lo: Vector3::from_fn(|d, _| bands[d].lo),
             hi: Vector3::from_fn(|d, _| bands[d].hi),

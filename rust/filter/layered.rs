@@ -36,12 +36,27 @@ pub struct LayeredFilter {
     resampling: Resampling,
     seed: u64,
     step: u64,
+    #[serde(skip)]
+    scratch: Scratch,
+}
+
+/// Log-likelihoods: of a layer, and of one of several likelihoods. Holds nothing between cycles.
+#[derive(Debug, Clone, Default)]
+struct Scratch {
+    total: Vec<f64>,
+    one: Vec<f64>,
+}
+
+impl PartialEq for Scratch {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 impl LayeredFilter {
     /// Start from `particles`, drawn from the prior.
     pub fn new(particles: ParticleSet, resampling: Resampling, seed: u64) -> Self {
-        Self { particles, resampling, seed, step: 0 }
+        Self { particles, resampling, seed, step: 0, scratch: Scratch::default() }
     }
 
     /// The set as the last cycle left it.
@@ -54,7 +69,22 @@ impl LayeredFilter {
     ///
     /// # Errors
     /// [`Error::AllWeightsZero`], at the time given, when no particle explains an observation.
-    pub fn cycle<E>(
+    pub fn cycle<E: Send>(
+        &mut self,
+        time_s: f64,
+        layers: &[Layer<'_>],
+        recorder: Option<&mut dyn Recorder>,
+        posterior: impl FnOnce(&ParticleSet, Option<f64>) -> E + Send,
+    ) -> Result<E> {
+        if self.particles.is_parallel() {
+            // Enter the thread pool once, not at every loop over the particles.
+            rayon::scope(|_| self.apply(time_s, layers, recorder, posterior))
+        } else {
+            self.apply(time_s, layers, recorder, posterior)
+        }
+    }
+
+    fn apply<E>(
         &mut self,
         time_s: f64,
         layers: &[Layer<'_>],
@@ -68,8 +98,8 @@ impl LayeredFilter {
             let streams = Streams::new(self.seed, self.step, index as u64);
             self.particles.for_each_block(|b, block| layer.transition.propagate(block, &mut streams.block(b)));
             let predicted = recorder.as_ref().map(|_| self.particles.rows());
-            if let Some(log_likelihood) = total_log_likelihood(&self.particles, layer) {
-                let gained = self.particles.reweigh(&log_likelihood).ok_or(Error::AllWeightsZero {
+            if let Some(log_likelihood) = self.scratch.log_likelihood(&self.particles, layer) {
+                let gained = self.particles.reweigh(log_likelihood).ok_or(Error::AllWeightsZero {
                     time_s,
                     layer: index,
                     particles: self.particles.len(),
@@ -80,9 +110,11 @@ impl LayeredFilter {
                 estimate = posterior.take().map(|see| see(&self.particles, evidence));
             }
             let weights = predicted.as_ref().map(|_| self.particles.weights().to_vec());
+            let step = self.step;
             let ancestors = self.resample_if_due(streams, !layer.likelihoods.is_empty());
             if let (Some(recorder), Some(predicted), Some(weights)) = (recorder.as_deref_mut(), predicted, weights) {
-                recorder.record(LayerRecord { step: self.step, time_s, layer: index, predicted, weights, ancestors });
+                let ancestors = ancestors.map(<[u32]>::to_vec);
+                recorder.record(LayerRecord { step, time_s, layer: index, predicted, weights, ancestors });
             }
         }
         self.step += 1;
@@ -94,23 +126,26 @@ impl LayeredFilter {
     }
 
     /// The ancestors, where the set was resampled.
-    fn resample_if_due(&mut self, streams: Streams, weighed: bool) -> Option<Vec<u32>> {
+    fn resample_if_due(&mut self, streams: Streams, weighed: bool) -> Option<&[u32]> {
         let Resampling { scheme, threshold } = self.resampling;
         let due = weighed && (threshold >= 1.0 || self.particles.ess() <= threshold * self.particles.len() as f64);
-        due.then(|| self.particles.resample(scheme, streams).to_vec())
+        due.then(|| self.particles.resample(scheme, streams))
     }
 }
 
-fn total_log_likelihood(particles: &ParticleSet, layer: &Layer<'_>) -> Option<Vec<f64>> {
-    let (first, rest) = layer.likelihoods.split_first()?;
-    let mut total = vec![0.0; particles.len()];
-    first.log_likelihood(particles, &mut total);
-    let mut one = vec![0.0; if rest.is_empty() { 0 } else { particles.len() }];
-    for likelihood in rest {
-        likelihood.log_likelihood(particles, &mut one);
-        for (sum, value) in total.iter_mut().zip(&one) {
-            *sum += value;
+impl Scratch {
+    /// Of all likelihoods of a layer; `None` where it has none.
+    fn log_likelihood(&mut self, particles: &ParticleSet, layer: &Layer<'_>) -> Option<&[f64]> {
+        let (first, rest) = layer.likelihoods.split_first()?;
+        self.total.resize(particles.len(), 0.0);
+        first.log_likelihood(particles, &mut self.total);
+        for likelihood in rest {
+            self.one.resize(particles.len(), 0.0);
+            likelihood.log_likelihood(particles, &mut self.one);
+            for (sum, value) in self.total.iter_mut().zip(&self.one) {
+                *sum += value;
+            }
         }
+        Some(&self.total)
     }
-    Some(total)
 }

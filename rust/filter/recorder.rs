@@ -18,7 +18,7 @@ pub struct LayerRecord {
 }
 
 /// Receives every layer of every cycle.
-pub trait Recorder {
+pub trait Recorder: Send {
     /// Called after the layer's resampling.
     fn record(&mut self, record: LayerRecord);
 }

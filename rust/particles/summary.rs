@@ -10,11 +10,22 @@ pub const LOWER: f64 = 0.025;
 /// The upper quantile of the reported band.
 pub const UPPER: f64 = 0.975;
 
-/// Cells of the histograms that quantiles and mode start from.
+/// Cells of the histograms that quantiles and mode start from; a cell's number is one byte.
 const CELLS: usize = 256;
 
-/// The 95 % band of one column.
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+/// How far the histograms reach on either side of the mean, in standard deviations; what lies beyond falls
+/// into their end cells.
+const REACH_SD: f64 = 4.0;
+
+/// The mode is looked for among at most this many particles, evenly chosen.
+const MODE_SAMPLE: usize = 4096;
+
+/// Blocks whose sums are added up before they meet the others.
+const GROUP: usize = 8;
+
+/// The 95 % band of one column: the particles at which the cumulative weight, in order of value, first
+/// reaches [`LOWER`] and [`UPPER`].
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     /// The 2.5 % quantile.
     pub lo: f64,
@@ -22,17 +33,31 @@ pub struct Interval {
     pub hi: f64,
 }
 
-impl ParticleSet {
-    /// Map every block to a value, in order, on threads where the set is large.
-    fn block_values<T: Send>(&self, map: impl Fn(Block<'_>, &[f64]) -> T + Sync) -> Vec<T> {
-        let stride = self.dim * BLOCK;
-        let work = |(data, weights): (&[f64], &[f64])| map(Block { data, len: weights.len() }, weights);
-        if self.is_parallel() {
-            self.blocks.par_chunks(stride).zip(self.weights.par_chunks(BLOCK)).map(work).collect()
-        } else {
-            self.blocks.chunks(stride).zip(self.weights.chunks(BLOCK)).map(work).collect()
-        }
-    }
+/// All that is reported of a set.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary<const K: usize> {
+    /// Weighted mean, `(D,)`.
+    pub mean: DVector<f64>,
+    /// Weighted covariance, `(D, D)`.
+    pub covariance: DMatrix<f64>,
+    /// Bands of the first `K` columns.
+    pub bands: [Interval; K],
+    /// Where the first `K` columns are densest, along the direction in which they spread most.
+    pub mode: SVector<f64, K>,
+}
+
+pub(super) fn summarise<const K: usize>(set: &ParticleSet) -> Summary<K> {
+    let (mean, covariance) = moments(set);
+    let band = |d: usize| interval(set, d, mean[d], covariance[(d, d)].max(0.0).sqrt());
+    let bands = if set.is_parallel() {
+        let bands: Vec<Interval> = (0..K).into_par_iter().map(band).collect();
+        std::array::from_fn(|d| bands[d])
+    } else {
+        std::array::from_fn(band)
+    };
+    let centre = SVector::<f64, K>::from_fn(|d, _| mean[d]);
+    let scatter = SMatrix::<f64, K, K>::from_fn(|r, c| covariance[(r, c)]);
+    Summary { mode: mode(set, &centre, &scatter), mean, covariance, bands }
 }
 
 /// Sum of `a * b` in four interleaved parts: a fixed order that vector instructions can follow.
@@ -48,97 +73,101 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     (parts[0] + parts[1]) + (parts[2] + parts[3]) + tail
 }
 
+/// One pass: first and second moments about the first particle, which lies inside the cloud, so that nothing
+/// cancels that matters.
 pub(super) fn moments(set: &ParticleSet) -> (DVector<f64>, DMatrix<f64>) {
     let dim = set.dim;
-    let mean = set
-        .block_values(|block, w| DVector::from_fn(dim, |d, _| dot(block.column(d), w)))
-        .into_iter()
-        .fold(DVector::zeros(dim), |sum, part| sum + part);
-    let covariance = set
-        .block_values(|block, w| block_covariance(block, w, &mean))
-        .into_iter()
-        .fold(DMatrix::zeros(dim, dim), |sum, part| sum + part);
-    (mean, covariance)
+    let about = DVector::from_fn(dim, |d, _| set.blocks[d * BLOCK]);
+    let group = |(data, weights): (&[f64], &[f64])| {
+        let (mut first, mut second) = (DVector::zeros(dim), DMatrix::zeros(dim, dim));
+        let mut centred = vec![[0.0; BLOCK]; dim];
+        for (data, w) in data.chunks(dim * BLOCK).zip(weights.chunks(BLOCK)) {
+            add_moments(Block { data, len: w.len() }, w, &about, &mut centred, &mut first, &mut second);
+        }
+        (first, second)
+    };
+    let stride = GROUP * dim * BLOCK;
+    let parts: Vec<_> = if set.is_parallel() {
+        set.blocks.par_chunks(stride).zip(set.weights.par_chunks(GROUP * BLOCK)).map(group).collect()
+    } else {
+        set.blocks.chunks(stride).zip(set.weights.chunks(GROUP * BLOCK)).map(group).collect()
+    };
+    let (mut first, mut second) = (DVector::zeros(dim), DMatrix::zeros(dim, dim));
+    for (f, s) in parts {
+        first += f;
+        second += s;
+    }
+    for d in 0..dim {
+        for e in 0..=d {
+            second[(d, e)] -= first[d] * first[e];
+            second[(e, d)] = second[(d, e)];
+        }
+    }
+    (first + about, second)
 }
 
-fn block_covariance(block: Block<'_>, w: &[f64], mean: &DVector<f64>) -> DMatrix<f64> {
-    let dim = mean.len();
-    let mut covariance = DMatrix::zeros(dim, dim);
-    let mut centred = vec![[0.0; BLOCK]; dim];
+/// Add what one block holds: `w (x - about)` to `first`, its lower triangle of products to `second`.
+fn add_moments(
+    block: Block<'_>,
+    w: &[f64],
+    about: &DVector<f64>,
+    centred: &mut [[f64; BLOCK]],
+    first: &mut DVector<f64>,
+    second: &mut DMatrix<f64>,
+) {
+    let len = w.len();
     let mut weighted = [0.0; BLOCK];
-    for d in 0..dim {
-        for (c, x) in centred[d].iter_mut().zip(block.column(d)) {
-            *c = x - mean[d];
-        }
-        for i in 0..w.len() {
+    for d in 0..about.len() {
+        let (column, origin) = (&block.column(d)[..len], about[d]);
+        for i in 0..len {
+            centred[d][i] = column[i] - origin;
             weighted[i] = centred[d][i] * w[i];
         }
+        first[d] += dot(&centred[d][..len], w);
         for e in 0..=d {
-            let value = dot(&centred[e][..w.len()], &weighted[..w.len()]);
-            covariance[(d, e)] = value;
-            covariance[(e, d)] = value;
+            second[(d, e)] += dot(&centred[e][..len], &weighted[..len]);
         }
-    }
-    covariance
-}
-
-/// Weight per cell of `[lo, hi]`; `position` gives each particle's coordinate, block by block.
-struct Histogram {
-    lo: f64,
-    per_unit: f64,
-    weight: [f64; CELLS],
-}
-
-impl Histogram {
-    fn cell(&self, x: f64) -> usize {
-        (((x - self.lo) * self.per_unit) as usize).min(CELLS - 1)
-    }
-
-    /// `None` when all coordinates are the same.
-    fn new(columns: &[&[f64]], weights: &[f64]) -> Option<Self> {
-        let (mut lo, mut hi) = (f64::INFINITY, f64::NEG_INFINITY);
-        for column in columns {
-            for x in *column {
-                lo = lo.min(*x);
-                hi = hi.max(*x);
-            }
-        }
-        let per_unit = CELLS as f64 / (hi - lo);
-        if !per_unit.is_finite() {
-            return None;
-        }
-        let mut histogram = Self { lo, per_unit, weight: [0.0; CELLS] };
-        for (column, weights) in columns.iter().zip(weights.chunks(BLOCK)) {
-            for (x, w) in column.iter().zip(weights) {
-                histogram.weight[histogram.cell(*x)] += w;
-            }
-        }
-        Some(histogram)
     }
 }
 
-pub(super) fn interval(set: &ParticleSet, column: usize) -> Interval {
-    let columns: Vec<&[f64]> = set.blocks().map(|block| block.column(column)).collect();
-    match Histogram::new(&columns, &set.weights) {
-        None => Interval { lo: columns[0][0], hi: columns[0][0] },
-        Some(histogram) => Interval {
-            lo: quantile(&columns, &set.weights, &histogram, LOWER),
-            hi: quantile(&columns, &set.weights, &histogram, UPPER),
-        },
+fn interval(set: &ParticleSet, column: usize, mean: f64, sd: f64) -> Interval {
+    let (low, per_unit) = (mean - REACH_SD * sd, CELLS as f64 / (2.0 * REACH_SD * sd));
+    if !per_unit.is_finite() {
+        let value = set.blocks[column * BLOCK];
+        return Interval { lo: value, hi: value };
     }
+    let mut cells = vec![0u8; set.len];
+    let mut weight = [0.0; CELLS];
+    for ((block, w), cells) in set.blocks().zip(set.weights.chunks(BLOCK)).zip(cells.chunks_mut(BLOCK)) {
+        for ((x, w), cell) in block.column(column).iter().zip(w).zip(cells) {
+            *cell = ((x - low) * per_unit) as u8;
+            weight[usize::from(*cell)] += w;
+        }
+    }
+    let quantile = |level| quantile(set, column, &cells, &weight, level);
+    Interval { lo: quantile(LOWER), hi: quantile(UPPER) }
 }
 
 /// Sort only the cell in which the cumulative weight crosses `level`.
-fn quantile(columns: &[&[f64]], weights: &[f64], histogram: &Histogram, level: f64) -> f64 {
-    let mut cumulative = 0.0;
-    let mut cell = 0;
-    while cell < CELLS - 1 && cumulative + histogram.weight[cell] < level {
-        cumulative += histogram.weight[cell];
-        cell += 1;
+fn quantile(set: &ParticleSet, column: usize, cells: &[u8], weight: &[f64; CELLS], level: f64) -> f64 {
+    let (mut cumulative, mut wanted) = (0.0, 0);
+    while wanted < CELLS - 1 && cumulative + weight[wanted] < level {
+        cumulative += weight[wanted];
+        wanted += 1;
+    }
+    // Rounding may leave the level just above the whole: then the last filled cell holds it.
+    while weight[wanted] == 0.0 && wanted > 0 {
+        wanted -= 1;
+        cumulative -= weight[wanted];
     }
     let mut inside: Vec<(f64, f64)> = Vec::new();
-    for (column, weights) in columns.iter().zip(weights.chunks(BLOCK)) {
-        inside.extend(column.iter().copied().zip(weights.iter().copied()).filter(|(x, _)| histogram.cell(*x) == cell));
+    for ((block, w), cells) in set.blocks().zip(set.weights.chunks(BLOCK)).zip(cells.chunks(BLOCK)) {
+        let column = block.column(column);
+        for (i, cell) in cells.iter().enumerate() {
+            if usize::from(*cell) == wanted {
+                inside.push((column[i], w[i]));
+            }
+        }
     }
     inside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
     for (x, w) in &inside {
@@ -147,60 +176,53 @@ fn quantile(columns: &[&[f64]], weights: &[f64], histogram: &Histogram, level: f
             return *x;
         }
     }
-    // Rounding left the level just above the whole: the largest value carries it.
-    inside.last().map_or_else(|| histogram.lo + cell as f64 / histogram.per_unit, |(x, _)| *x)
+    inside.last().map_or(f64::NAN, |(x, _)| *x)
 }
 
-pub(super) fn mode<const K: usize>(set: &ParticleSet) -> SVector<f64, K> {
-    let mean: SVector<f64, K> =
-        SVector::from_fn(|d, _| set.blocks().zip(set.weights.chunks(BLOCK)).map(|(b, w)| dot(b.column(d), w)).sum());
-    let mut scatter = SMatrix::<f64, K, K>::zeros();
-    let parts = set.block_values(|block, w| {
-        let all = block_covariance(block, w, &DVector::from_column_slice(mean.as_slice()));
-        SMatrix::<f64, K, K>::from_fn(|r, c| all[(r, c)])
-    });
-    for part in &parts {
-        scatter += part;
+/// The densest window along the principal axis, and the mean of the particles in it.
+fn mode<const K: usize>(set: &ParticleSet, mean: &SVector<f64, K>, scatter: &SMatrix<f64, K, K>) -> SVector<f64, K> {
+    let axis = principal_axis(scatter);
+    let spread = (axis.transpose() * scatter * axis)[0].max(0.0).sqrt();
+    let (low, per_unit) = (-REACH_SD * spread, CELLS as f64 / (2.0 * REACH_SD * spread));
+    if !per_unit.is_finite() {
+        return *mean;
     }
-    let axis = principal_axis(&scatter);
-    let along: Vec<Vec<f64>> = set.block_values(|block, _| {
-        let mut x = vec![0.0; block.len()];
-        for d in 0..K {
-            for (x, value) in x.iter_mut().zip(block.column(d)) {
-                *x += axis[d] * (value - mean[d]);
-            }
-        }
-        x
-    });
-    let columns: Vec<&[f64]> = along.iter().map(Vec::as_slice).collect();
-    let Some(histogram) = Histogram::new(&columns, &set.weights) else { return mean };
+    let stride = set.dim * BLOCK;
+    let at = |i: usize| SVector::<f64, K>::from_fn(|d, _| set.blocks[i / BLOCK * stride + d * BLOCK + i % BLOCK]);
+    let step = set.len.div_ceil(MODE_SAMPLE);
+    let along: Vec<(usize, f64)> = (0..set.len).step_by(step).map(|i| (i, axis.dot(&(at(i) - mean)))).collect();
+    let mut weight = [0.0; CELLS];
+    for (i, x) in &along {
+        weight[usize::from(((x - low) * per_unit) as u8)] += set.weights[*i];
+    }
     // Silverman's width for the whole cloud; two branches that it would merge are one for the reader too.
-    let spread = (axis.transpose() * scatter * axis)[0].sqrt();
-    let half_width = (0.5 * spread * (set.ess().max(1.0)).powf(-0.2)).max(1.0 / histogram.per_unit);
-    let peak = densest(&histogram, half_width);
-    let mut total = 0.0;
-    let mut sum = SVector::<f64, K>::zeros();
-    for ((block, x), w) in set.blocks().zip(&columns).zip(set.weights.chunks(BLOCK)) {
-        for i in 0..w.len() {
-            if (x[i] - peak).abs() <= half_width {
-                total += w[i];
-                sum += SVector::<f64, K>::from_fn(|d, _| w[i] * block.column(d)[i]);
-            }
+    let half_width = (0.5 * spread * (along.len() as f64).powf(-0.2)).max(1.0 / per_unit);
+    let peak = low + densest(&weight, half_width * per_unit) / per_unit;
+    let (mut total, mut sum) = (0.0, SVector::<f64, K>::zeros());
+    for (i, x) in &along {
+        if (x - peak).abs() <= half_width {
+            total += set.weights[*i];
+            sum += at(*i) * set.weights[*i];
         }
     }
-    if total > 0.0 { sum / total } else { mean }
+    if total > 0.0 { sum / total } else { *mean }
 }
 
-/// The middle of the window of `2 * half_width` that holds most weight.
-fn densest(histogram: &Histogram, half_width: f64) -> f64 {
-    let reach = ((half_width * histogram.per_unit).round() as usize).clamp(1, CELLS / 2);
+/// The middle, in cells, of the window of `2 * half_width` cells that holds most weight.
+fn densest(weight: &[f64; CELLS], half_width: f64) -> f64 {
+    let reach = (half_width.round() as usize).clamp(1, CELLS / 2);
     let mut cumulative = [0.0; CELLS + 1];
     for cell in 0..CELLS {
-        cumulative[cell + 1] = cumulative[cell] + histogram.weight[cell];
+        cumulative[cell + 1] = cumulative[cell] + weight[cell];
     }
     let mass = |cell: usize| cumulative[(cell + reach + 1).min(CELLS)] - cumulative[cell.saturating_sub(reach)];
-    let best = (0..CELLS).max_by(|a, b| mass(*a).total_cmp(&mass(*b))).unwrap_or(0);
-    histogram.lo + (best as f64 + 0.5) / histogram.per_unit
+    let mut best = 0;
+    for cell in 1..CELLS {
+        if mass(cell) > mass(best) {
+            best = cell;
+        }
+    }
+    best as f64 + 0.5
 }
 
 /// The direction of largest variance, by power iteration; any unit vector where the cloud has no extent.
@@ -253,25 +275,26 @@ mod tests {
     proptest! {
         #[test]
         fn moments_and_quantiles_as_defined(
-            rows in prop::collection::vec(prop::array::uniform3(-5.0..5.0f64), 1..700),
+            rows in prop::collection::vec(prop::array::uniform3(prop_oneof![-5.0..5.0f64, 90.0..99.0f64]), 1..700),
             seed in prop::collection::vec(0.01..1.0f64, 700),
         ) {
             let weights = &seed[..rows.len()];
-            let set = set_of(&rows, weights);
+            let Summary { mean, covariance, bands, .. } = set_of(&rows, weights).summary::<3>();
             let total: f64 = weights.iter().sum();
-            let (mean, covariance) = set.moments();
             for d in 0..3 {
                 let expected: f64 = rows.iter().zip(weights).map(|(r, w)| r[d] * w / total).sum();
-                prop_assert!((mean[d] - expected).abs() < 1e-12);
+                prop_assert!((mean[d] - expected).abs() < 1e-11);
                 for e in 0..3 {
-                    let expected: f64 = rows.iter().zip(weights).map(|(r, w)| (r[d] - mean[d]) * (r[e] - mean[e]) * w / total).sum();
-                    prop_assert!((covariance[(d, e)] - expected).abs() < 1e-11);
+                    let product = |r: &[f64; 3]| (r[d] - mean[d]) * (r[e] - mean[e]);
+                    let expected: f64 = rows.iter().zip(weights).map(|(r, w)| product(r) * w / total).sum();
+                    prop_assert!((covariance[(d, e)] - expected).abs() < 1e-9);
                 }
-                let band = set.interval(d);
                 // A crossing that falls on a rounding may go to the neighbour: compare by cumulative weight.
-                let share = |x: f64| rows.iter().zip(weights).filter(|(r, _)| r[d] <= x).map(|(_, w)| w / total).sum::<f64>();
-                prop_assert!((share(band.lo) - share(naive_quantile(&rows, weights, d, LOWER))).abs() < 1e-9);
-                prop_assert!((share(band.hi) - share(naive_quantile(&rows, weights, d, UPPER))).abs() < 1e-9);
+                let share = |x: f64| {
+                    rows.iter().zip(weights).filter(|(r, _)| r[d] <= x).map(|(_, w)| w / total).sum::<f64>()
+                };
+                prop_assert!((share(bands[d].lo) - share(naive_quantile(&rows, weights, d, LOWER))).abs() < 1e-9);
+                prop_assert!((share(bands[d].hi) - share(naive_quantile(&rows, weights, d, UPPER))).abs() < 1e-9);
             }
         }
     }
@@ -279,19 +302,21 @@ mod tests {
     /// Of two branches the heavier is the mode, where the mean lies between them.
     #[test]
     fn mode_is_on_a_branch() {
-        let rows: Vec<[f64; 3]> = (0..1000)
-            .map(|i| [if i % 5 < 3 { 0.1 } else { -0.1 } + 1e-5 * f64::from(i), 0.3, 1e-3 * f64::from(i % 7)])
-            .collect();
-        let set = set_of(&rows, &vec![1.0; 1000]);
-        let mode: SVector<f64, 3> = set.mode();
-        assert!((mode.x - 0.105).abs() < 0.01, "{mode}");
-        assert!((mode.y - 0.3).abs() < 1e-12);
+        for len in [1000, 20_000] {
+            let branch = |i: i32| if i % 5 < 3 { 0.1 } else { -0.1 };
+            let rows: Vec<[f64; 3]> = (0..len)
+                .map(|i| [branch(i) + 0.01 * f64::from(i) / f64::from(len), 0.3, 1e-3 * f64::from(i % 7)])
+                .collect();
+            let mode = set_of(&rows, &vec![1.0; rows.len()]).summary::<3>().mode;
+            assert!((mode.x - 0.105).abs() < 0.01, "{mode}");
+            assert!((mode.y - 0.3).abs() < 1e-12);
+        }
     }
 
     #[test]
     fn a_single_point_is_its_own_everything() {
-        let set = set_of(&[[1.0, 2.0, 3.0]; 5], &[1.0; 5]);
-        assert_eq!(set.interval(1), Interval { lo: 2.0, hi: 2.0 });
-        assert!((set.mode::<3>() - SVector::from([1.0, 2.0, 3.0])).norm() < 1e-15);
+        let summary = set_of(&[[1.0, 2.0, 3.0]; 5], &[1.0; 5]).summary::<3>();
+        assert_eq!(summary.bands[1], Interval { lo: 2.0, hi: 2.0 });
+        assert!((summary.mode - SVector::from([1.0, 2.0, 3.0])).norm() < 1e-15);
     }
 }

@@ -1,7 +1,7 @@
 //! `resample(scheme, weights, n, seed)`.
 
 use crate::error::require;
-use crate::resample::Scheme;
+use crate::resample::{Ancestors, Scheme};
 use crate::rng::Streams;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -20,14 +20,14 @@ pub fn resample<'py>(
     seed: u64,
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
     let scheme = Scheme::from_name(scheme)?;
-    let view = weights.as_array();
-    for weight in view {
-        require(*weight >= 0.0 && weight.is_finite(), "a weight", *weight, "a finite number, 0 or more")?;
+    let weights = weights.as_array().to_vec();
+    if let Some(weight) = weights.iter().find(|w| !(**w >= 0.0 && w.is_finite())) {
+        require(false, "a weight", *weight, "a finite number, 0 or more")?;
     }
-    let sum: f64 = view.sum();
+    let sum: f64 = weights.iter().sum();
     require(sum > 0.0 && sum.is_finite(), "the sum of weights", sum, "positive")?;
-    let normalised: Vec<f64> = view.iter().map(|w| w / sum).collect();
-    let mut ancestors = Vec::new();
+    let normalised: Vec<f64> = weights.iter().map(|w| w / sum).collect();
+    let mut ancestors = Ancestors::default();
     py.detach(|| scheme.draw(&normalised, n, &mut Streams::new(seed, 0, 0).resampling(), &mut ancestors));
-    Ok(PyArray1::from_vec(py, ancestors))
+    Ok(PyArray1::from_slice(py, ancestors.indices()))
 }
