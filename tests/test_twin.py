@@ -65,7 +65,7 @@ def test_ekf_is_the_textbook(simulation: pt.ArmSimulation) -> None:
             return np.atleast_1d(np.asarray(np.linalg.norm(x[:3] + forearm - arm.shoulder_m)))
 
         def pixel(x: Float) -> Float:
-            return camera.project(x[None, :3])[0]
+            return np.asarray(camera.project(x[None, :3])[0])
 
         for h, z, r in ((pixel, sightings.pixels[k, 0], 16.0), (length, np.array([arm.upper_arm_m]), 1e-4)):
             slope = np.stack([(h(mean + e) - h(mean - e)) / 2e-6 for e in 1e-6 * np.eye(6)], axis=1)
