@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import copy
 import pickle
+import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -167,3 +169,21 @@ def test_two_cameras_of_a_folder_are_one_time_axis(tmp_path: Path) -> None:
     assert sightings.valid.all()
     scores = pt.evaluate(pt.track(recording, pt.Plain(), 1, sightings=sightings), recording.truth)
     assert scores.joints["wrist"].rms_m < 0.02
+
+
+def test_a_run_lets_the_interpreter_go(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+    """While one thread tracks, another goes on."""
+    done = threading.Event()
+
+    def work() -> None:
+        pt.track(simulation.recording(), pt.Joint(particles=60_000), sightings=sightings)
+        done.set()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    ticks = 0
+    while not done.is_set():
+        ticks += 1
+        time.sleep(0.001)
+    thread.join()
+    assert ticks > 20

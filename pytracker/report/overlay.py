@@ -71,7 +71,7 @@ def _draw(frame: Image, track: Track, row: int) -> Image:
         cv2.drawMarker(image, np.rint(seen).astype(int).tolist(), PATCH, cv2.MARKER_CROSS, 12, 2, cv2.LINE_AA)
     words = f"{track.time_s[row]:6.2f} s  {track.reason[row]}"
     for colour, width in (((0, 0, 0), 3), (WORDS, 1)):
-        cv2.putText(image, words, (8, size[1] - 10), cv2.FONT_HERSHEY_SIMPLEX, 0.42, colour, width, cv2.LINE_AA)
+        cv2.putText(image, words, (8, size[1] - 10), cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, width, cv2.LINE_AA)
     return image
 
 

@@ -47,11 +47,13 @@ def _video_name(index: int) -> str:
 
 
 def _write_video(path: Path, simulation: ArmSimulation, index: int, progress: Progress | None) -> None:
-    """MPEG-4 at the camera's rate; a dropped frame is a repeat of the one before, as cameras do it."""
+    """MPEG-4 at the camera's rate; where frames are dropped, Motion JPEG with the one before again, as webcams do."""
     rate = simulation.scene.frame_rate_hz
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), rate, IMAGE_SIZE)
+    # Each frame of Motion JPEG stands alone: a repeated frame is the same to the bit.
+    codec = "MJPG" if simulation.scene.dropped_frames else "mp4v"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), rate, IMAGE_SIZE)
     if not writer.isOpened():
-        raise InputError(f"{path}: OpenCV cannot write MPEG-4 video here")
+        raise InputError(f"{path}: OpenCV cannot write {codec} video here")
     slots = np.rint(simulation.frame_time_s * rate).astype(int)
     written = 0
     for k, image in enumerate(render(simulation, index)):
