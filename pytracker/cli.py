@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import difflib
+import io
 import json
+import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
@@ -25,6 +27,7 @@ import pytracker as pt
 from pytracker.evaluate import Scores
 from pytracker.evidence.grid import write_frame
 from pytracker.methods import METHODS, ArmMethod
+from pytracker.output import check_target
 from pytracker.report.labels import labels
 from pytracker.report.tables import read_track
 
@@ -54,7 +57,7 @@ DEMO_METHODS: tuple[ArmMethod, ...] = (
 
 Folder = Annotated[Path, typer.Argument(help="Recording folder (holds recording.toml).")]
 Out = Annotated[Path, typer.Option(help="Folder to write; must not exist.")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the random streams.")]
+Seed = Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of the random streams.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress, no tables.")]
 NoReport = Annotated[bool, typer.Option("--no-report", help="Tables only: no page, figures or overlay.")]
@@ -124,6 +127,7 @@ def track(
         except pt.TrackingError as error:
             if hasattr(error, "track"):
                 pt.write_report([error.track], out, force=force, page=not no_report, progress=progress)
+                print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
     if recording.truth is not None:
@@ -172,8 +176,13 @@ def frame(
     out: Annotated[Path, typer.Option(help="PNG to write.")] = Path("frame.png"),
     camera: Annotated[int, typer.Option(min=0, help="Which camera.")] = 0,
     number: Annotated[int, typer.Option("--frame", min=0, help="Which frame.")] = 0,
+    force: Force = False,
 ) -> None:
     """Write one frame with a pixel grid, to choose patch_box without a window."""
+    if out.suffix.lower() != ".png":
+        raise pt.InputError(f"{out}: expected a name that ends in .png")
+    if out.exists() and not force:
+        raise pt.InputError(f"{out}: already exists, expected a new file (or --force to replace it)")
     write_frame(folder, out, camera, number)
     print(f"wrote {out}")
 
@@ -196,7 +205,7 @@ def simulate_arm(
 def make_method(name: str, particles: int | None, settings: list[str]) -> ArmMethod:
     """A method from what the command line says. Raises `InputError`.
 
-    `joint` without settings is the package's best: 5000 particles, bias and patch offset estimated.
+    `joint` starts from the package's best: 5000 particles, bias and patch offset estimated.
     """
     if name not in METHODS:
         raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(METHODS)}")
@@ -205,9 +214,11 @@ def make_method(name: str, particles: int | None, settings: list[str]) -> ArmMet
     if particles is not None:
         if "particles" not in known:
             raise pt.InputError(f"--particles does not go with --method {name}, which has none")
+        if "particles" in values:
+            raise pt.InputError("--particles and --set particles are both given, expected one of them")
         values["particles"] = particles
-    if METHODS[name] is pt.Joint and not values:
-        values = {"particles": 5000, "bias": True, "offset": True}
+    if METHODS[name] is pt.Joint:
+        values = {"particles": 5000, "bias": True, "offset": True} | values
     return METHODS[name](**values)
 
 
@@ -296,8 +307,7 @@ def _progress(quiet: bool) -> Iterator[Callable[[str, int], None] | None]:
 
 def _must_be_new(out: Path, force: bool) -> None:
     """Say so before the work, not after it."""
-    if out.exists() and not force:
-        raise pt.InputError(f"{out}: already exists, expected a new folder (or --force to replace it)")
+    check_target(out, force=force)
 
 
 def _warn(warnings: tuple[str, ...]) -> None:
@@ -313,6 +323,11 @@ def _say(words: str, quiet: bool) -> None:
 def main() -> None:
     """Run the command line and leave with its exit status."""
     debug = "--debug" in sys.argv[1:]
+    # A terminal that cannot show ± gets something else, not an error; a terminated run cleans up.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
         app()
     except (pt.InputError, pt.TrackingError, OSError) as error:

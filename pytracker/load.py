@@ -19,6 +19,15 @@ from pytracker.schema import ArmEntry, CameraEntry, ImuEntry, TruthEntry, read_r
 
 __all__ = ["load"]
 
+JOINTS = ("shoulder", "elbow", "wrist")
+
+SLACK_S = 0.1
+"""IMU and video may start and end this far apart without a word."""
+
+START_M = 0.10
+START_PX = 40.0
+"""How far arm length and patch may be off at the first frame before something must be wrong."""
+
 MISS_M = 0.10
 """How far the patch's ray may pass from the arm sphere when the start is found from it."""
 
@@ -35,9 +44,10 @@ def load(folder: Path | str) -> Recording:
     imu, warnings = _imu(folder, path, entry.imu[0])
     mount = np.array(entry.imu[0].mount)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount) for k, c in enumerate(entry.camera))
-    _check_overlap(views, imu)
-    truth, truth_warnings = (None, []) if entry.truth is None else _truth(folder, path, entry.truth)
+    overlap_warnings = _check_overlap(views, imu)
+    truth, truth_warnings = (None, []) if entry.truth is None else _truth(folder, path, entry.truth, entry.arm)
     start, start_warnings = _wrist_start(path, entry.arm, views[0], imu, truth)
+    _check_start(path, entry.arm, start, views[0], imu)
     arm = Arm(
         shoulder_m=entry.arm.shoulder_m,
         upper_arm_m=entry.arm.upper_arm_m,
@@ -55,7 +65,7 @@ def load(folder: Path | str) -> Recording:
         truth=truth,
         folder=folder,
         files=(path, *(folder / name for name in names if name is not None)),
-        warnings=(*warnings, *truth_warnings, *start_warnings),
+        warnings=(*warnings, *overlap_warnings, *truth_warnings, *start_warnings),
     )
 
 
@@ -89,10 +99,16 @@ def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...
         raise InputError(f"{path}: imu[0].mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
     orientation = folder / entry.orientation_file if entry.orientation_file else None
     log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
-    log = orient(check(log))
+    log = check(log)
+    if log.q_world_sensor is None and entry.heading_deg is None:
+        raise InputError(
+            f"{path}: imu[0].heading_deg is missing; {folder / entry.file} has no orientation, and one computed from "
+            "its gyroscope has no heading, expected the turn about the vertical to the world in degrees"
+        )
+    log = orient(log)
     assert log.acc is not None
     assert log.q_world_sensor is not None
-    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg)]))
+    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
     q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount / np.linalg.norm(mount)))
     gyr = log.gyr if log.gyr is None else rotate(mount, log.gyr)
     imu = Imu(
@@ -105,7 +121,8 @@ def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...
     return imu, log.warnings
 
 
-def _check_overlap(views: tuple[View, ...], imu: Imu) -> None:
+def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
+    warnings = []
     for view in views:
         assert view.video is not None
         info = video.probe(view.video)
@@ -117,9 +134,20 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> None:
                 f"{view.video} covers {start:.3f} to {end:.3f} s and the IMU {imu.time_s[0]:.3f} to "
                 f"{imu.time_s[-1]:.3f} s of recording time, expected them to overlap: check start_s and offset_s"
             )
+        if imu.time_s[0] > start + SLACK_S:
+            warnings.append(
+                f"{view.video}: the IMU starts {imu.time_s[0] - start:.3f} s after the first frame; the frames before "
+                "are not tracked, and the wrist's start is taken to hold where tracking starts"
+            )
+        if imu.time_s[-1] < end - SLACK_S:
+            warnings.append(
+                f"{view.video}: the IMU ends {end - imu.time_s[-1]:.3f} s before the video; the frames after are "
+                "tracked without it and say so"
+            )
+    return warnings
 
 
-def _truth(folder: Path, path: Path, entry: TruthEntry) -> tuple[Truth, list[str]]:
+def _truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[Truth, list[str]]:
     readers: dict[str, Callable[[Path], object]] = {".tsv": read_qualisys, ".csv": read_truth_csv}
     file = folder / entry.file
     if file.suffix.lower() not in readers:
@@ -132,6 +160,9 @@ def _truth(folder: Path, path: Path, entry: TruthEntry) -> tuple[Truth, list[str
                 f"{path}: truth.markers.{joint} is {marker!r}, expected a marker of {file}: "
                 f"{', '.join(markers.positions_m)}"
             )
+    unknown = sorted(set(entry.markers) - set(JOINTS))
+    if unknown:
+        raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint of the arm, expected: {', '.join(JOINTS)}")
     if "wrist" not in wanted:
         raise InputError(f"{path}: truth.markers names {', '.join(wanted) or 'nothing'}, expected at least wrist")
     gaps = {joint: markers.gaps[marker] for joint, marker in wanted.items()}
@@ -140,6 +171,7 @@ def _truth(folder: Path, path: Path, entry: TruthEntry) -> tuple[Truth, list[str
         joints_m={joint: markers.positions_m[marker] for joint, marker in wanted.items()},
         gaps=gaps,
     )
+    _check_truth(file, truth, arm)
     return truth, [
         f"{file}: {joint} was not seen in {count} of {len(markers.time_s)} frames; they are left out of the scores"
         for joint, count in gaps.items()
@@ -147,12 +179,58 @@ def _truth(folder: Path, path: Path, entry: TruthEntry) -> tuple[Truth, list[str
     ]
 
 
+def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> None:
+    """Markers that were mixed up, or are in other units, do not have the arm's lengths."""
+    shoulder = np.broadcast_to(np.array(arm.shoulder_m), (len(truth.time_s), 3))
+    joints = {"shoulder": shoulder, **truth.joints_m}
+    reach = arm.upper_arm_m + arm.forearm_m
+    for a, b, low, high in (
+        ("shoulder", "elbow", 0.6 * arm.upper_arm_m, 1.5 * arm.upper_arm_m),
+        ("elbow", "wrist", 0.6 * arm.forearm_m, 1.5 * arm.forearm_m),
+        ("shoulder", "wrist", 0.1 * reach, 1.2 * reach),
+    ):
+        if a not in joints or b not in joints:
+            continue
+        distance = np.linalg.norm(joints[a] - joints[b], axis=1)
+        if not np.isfinite(distance).any():
+            raise InputError(f"{file}: {a} and {b} are never seen together, expected some frames of truth")
+        middle = float(np.nanmedian(distance))
+        if not low <= middle <= high:
+            raise InputError(
+                f"{file}: {a} and {b} are {middle:.3f} m apart, expected {low:.2f} to {high:.2f} m by the arm's "
+                "lengths: check the markers' names and units, and the world frame"
+            )
+
+
+def _check_start(path: Path, arm: ArmEntry, start: Triple, view: View, imu: Imu) -> None:
+    """Camera, patch, IMU and arm must agree about the first frame."""
+    assert view.patch_box is not None
+    x, y, w, h = view.patch_box
+    at = int(np.clip(np.searchsorted(imu.time_s, view.start_s), 0, len(imu.time_s) - 1))
+    q, wrist = imu.q_world_sensor[at], np.array(start)
+    length = float(np.linalg.norm(wrist + rotate(q, np.array([0.0, arm.forearm_m, 0.0])) - np.array(arm.shoulder_m)))
+    if abs(length - arm.upper_arm_m) > START_M:
+        raise InputError(
+            f"{path}: at the first frame the elbow is {length:.2f} m from the shoulder, expected "
+            f"{arm.upper_arm_m:.2f} ± {START_M} m: check wrist_start_m, shoulder_m, the arm's lengths, and "
+            "heading_deg and mount of the IMU"
+        )
+    pixel = view.camera.project((wrist + rotate(q, np.array(view.camera.patch_offset_m)))[None])[0]
+    off = float(np.linalg.norm(pixel - [x + (w - 1) / 2, y + (h - 1) / 2]))
+    if not off <= max(START_PX, 2.0 * max(w, h)):
+        raise InputError(
+            f"{path}: the wrist's start is at pixel ({pixel[0]:.0f}, {pixel[1]:.0f}), but patch_box "
+            f"{list(view.patch_box)} is {off:.0f} px away, expected at most {max(START_PX, 2.0 * max(w, h)):.0f}: "
+            "check wrist_start_m, patch_box and the camera's matrix, rotation and translation_m"
+        )
+
+
 def _wrist_start(path: Path, arm: ArmEntry, view: View, imu: Imu, truth: Truth | None) -> tuple[Triple, list[str]]:
     """As given, else from truth at the first frame, else where the patch's ray meets the arm sphere."""
     if arm.wrist_start_m is not None:
         return arm.wrist_start_m, []
     if truth is not None:
-        start = truth.at("wrist", np.array([view.start_s]))[0]
+        start = truth.at("wrist", np.array([max(view.start_s, imu.time_s[0])]))[0]
         if np.isfinite(start).all():
             return triple(start), []
     return _start_from_ray(path, arm, view, imu)

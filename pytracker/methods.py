@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any, ClassVar
 
 from pytracker._core import InputError
@@ -15,6 +16,35 @@ from pytracker._core import InputError
 __all__ = ["METHODS", "ArmMethod", "Ekf", "Inertial", "Joint", "Layered", "LayeredFromConstraint", "Plain"]
 
 Layers = tuple[tuple[str, tuple[str, ...]], ...]
+
+
+def _unlike(value: Any, default: Any) -> str:
+    """What was expected where `value` is not of the kind of `default`; empty where it is."""
+    if isinstance(default, bool) or isinstance(value, bool):
+        return "" if isinstance(value, bool) and isinstance(default, bool) else _kind(default)
+    if isinstance(default, int):
+        return "" if isinstance(value, Integral) and int(value) >= 0 else _kind(default)
+    if isinstance(default, float):
+        return "" if isinstance(value, Real) else _kind(default)
+    if isinstance(default, str):
+        return "" if isinstance(value, str) else "a word"
+    if default and isinstance(default[0], tuple):
+        ok = isinstance(value, tuple | list) and all(
+            isinstance(layer, tuple | list) and len(layer) == 2 and isinstance(layer[0], str) and _is_words(layer[1])
+            for layer in value
+        )
+        return "" if ok else 'layers such as (("inertial", ("colour",)),)'
+    return "" if _is_words(value) else 'words such as ("colour", "arm_length")'
+
+
+def _kind(default: Any) -> str:
+    return {bool: "true or false", int: "a whole number, 0 or more", float: "a number"}.get(
+        type(default), "no truth value"
+    )
+
+
+def _is_words(value: Any) -> bool:
+    return isinstance(value, tuple | list) and all(isinstance(word, str) for word in value)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,14 +91,8 @@ class ArmMethod:
         """Check that every number is one; ranges are checked where they are used, once."""
         for field in dataclasses.fields(self):
             value = getattr(self, field.name)
-            if isinstance(field.default, bool):
-                ok = isinstance(value, bool)
-            elif isinstance(field.default, int | float):
-                ok = isinstance(value, int | float) and not isinstance(value, bool)
-            else:
-                ok = True
-            if not ok:
-                expected = "true or false" if isinstance(field.default, bool) else "a number"
+            expected = _unlike(value, field.default)
+            if expected:
                 raise InputError(f"{type(self).__name__}.{field.name} is {value!r}, expected {expected}")
 
     @property
@@ -95,7 +119,7 @@ class _Particles(ArmMethod):
     particles: int = 500
     resampling: str = "residual"
     ess_threshold: float = 1.0
-    layers: Layers = ()
+    layers: Layers = (("inertial", ()),)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,34 +10,50 @@ from pathlib import Path
 
 from pytracker._core import InputError
 
-__all__ = ["whole_folder"]
+__all__ = ["MADE_HERE", "check_target", "whole_folder"]
+
+MADE_HERE = ".made-by-pytracker"
+"""Stands in every folder that is written here; only such a folder is ever replaced."""
+
+
+def check_target(target: Path, *, force: bool = False) -> Path:
+    """`target` with links followed, if it may be written. Raises `InputError` before any work is done.
+
+    An existing folder is replaced only with `force`, and only when it was made here and holds no other folder:
+    a mistyped name must not cost anybody a recording.
+    """
+    target = target.resolve()
+    if not target.exists():
+        return target
+    if not force:
+        raise InputError(f"{target}: already exists, expected a new folder (or --force to replace it)")
+    if not target.is_dir():
+        raise InputError(f"{target}: is a file, expected a folder")
+    inside = list(target.iterdir())
+    if inside and not (target / MADE_HERE).is_file():
+        raise InputError(f"{target}: was not written by pytracker, expected a folder that was; it is not replaced")
+    if any(path.is_dir() for path in inside) or target in (Path.cwd(), *Path.cwd().parents):
+        raise InputError(f"{target}: holds other folders or is the current one; it is not replaced")
+    return target
 
 
 @contextmanager
 def whole_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
     """A new folder to write into, which becomes `target` when the block ends well.
 
-    A killed run leaves nothing under the final name. Raises `InputError` where `target` exists, unless `force`; it
-    is then replaced at the end.
+    A killed run leaves nothing under the final name. Raises `InputError` as `check_target`.
     """
-    target = target.absolute()
-    if target.exists() and not force:
-        raise InputError(f"{target}: already exists, expected a new folder (or --force to replace it)")
-    if target.exists() and not target.is_dir():
-        raise InputError(f"{target}: is a file, expected a folder")
+    target = check_target(target, force=force)
     target.parent.mkdir(parents=True, exist_ok=True)
     beside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
     # mkdtemp makes it private; the result is as open as any folder made here.
     beside.chmod(0o755)
     try:
+        (beside / MADE_HERE).touch()
         yield beside
         if target.exists():
-            old = Path(tempfile.mkdtemp(prefix=f".{target.name}-old-", dir=target.parent))
-            target.rename(old / target.name)
-            beside.rename(target)
-            shutil.rmtree(old)
-        else:
-            beside.rename(target)
+            shutil.rmtree(target)
+        beside.rename(target)
     except BaseException:
         shutil.rmtree(beside, ignore_errors=True)
         raise

@@ -18,10 +18,16 @@ else:
 
 __all__ = ["ArmEntry", "CameraEntry", "ImuEntry", "RecordingFile", "TruthEntry", "read_recording_file"]
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Whole = Annotated[int, Field(strict=True)]
+Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+Length = Annotated[float, Field(strict=True, gt=0, le=1, allow_inf_nan=False)]
 Triple = tuple[Finite, Finite, Finite]
 Matrix = tuple[Triple, Triple, Triple]
+
+
+SCHEMA = 1
+"""The newest recording schema that this version reads."""
 
 
 class _Entry(BaseModel):
@@ -37,7 +43,7 @@ class CameraEntry(_Entry):
     distortion: tuple[Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0)
     rotation: Matrix
     translation_m: Triple
-    patch_box: tuple[int, int, int, int]
+    patch_box: tuple[Whole, Whole, Whole, Whole]
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
 
 
@@ -50,7 +56,7 @@ class ImuEntry(_Entry):
     rate_hz: Positive | None = None
     segment: str = "right_forearm"
     offset_s: Finite = 0.0
-    heading_deg: Finite = 0.0
+    heading_deg: Finite | None = None
     mount: tuple[Finite, Finite, Finite, Finite] = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -59,8 +65,8 @@ class ArmEntry(_Entry):
 
     side: Literal["right", "left"] = "right"
     shoulder_m: Triple
-    upper_arm_m: Annotated[float, Field(gt=0, le=1)]
-    forearm_m: Annotated[float, Field(gt=0, le=1)]
+    upper_arm_m: Length
+    forearm_m: Length
     wrist_start_m: Triple | None = None
 
 
@@ -90,9 +96,14 @@ def read_recording_file(path: Path) -> RecordingFile:
         kind = "is no folder" if not where.is_dir() else "holds no recording.toml"
         raise InputError(f"{where}: {kind}, expected a folder with recording.toml")
     try:
-        data = tomllib.loads(path.read_text("utf-8"))
+        data = tomllib.loads(path.read_text("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: is not TOML: {error}") from None
+    schema = data.get("schema")
+    if type(schema) is int and schema > SCHEMA:
+        raise InputError(
+            f"{path}: schema is {schema}, this version reads {SCHEMA}: the folder is newer, update pytracker"
+        )
     try:
         return RecordingFile.model_validate(data)
     except ValidationError as error:

@@ -98,6 +98,12 @@ def track(
         sightings = sight(recording, progress=progress)
     seen = time.perf_counter()
     imu = recording.imus[0]
+    back = np.flatnonzero(~(np.diff(imu.time_s) > 0))
+    if back.size:
+        k = int(back[0]) + 1
+        raise InputError(
+            f"IMU sample {k} has time {imu.time_s[k]} s after {imu.time_s[k - 1]} s, expected increasing times"
+        )
     covered = sightings.time_s >= imu.time_s[0]
     if not covered.any():
         raise InputError(
@@ -159,8 +165,10 @@ def _assemble(
     reason = list(sightings.reasons)
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (frames - end)
-    for frame in np.flatnonzero(sightings.time_s > recording.imus[0].time_s[-1] + method.hold_s):
-        reason[frame] = reason[frame] or "after the last IMU sample"
+    imu_time_s = recording.imus[0].time_s
+    since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
+    for frame in np.flatnonzero(since > max(method.hold_s, 2 * float(np.median(np.diff(imu_time_s))))):
+        reason[frame] = reason[frame] or f"no IMU sample for {since[frame]:.2f} s"
     return Track(
         method=method,
         seed=seed,

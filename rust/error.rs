@@ -92,6 +92,12 @@ pub enum Error {
         /// How many particles.
         particles: usize,
     },
+    /// The estimate is no longer a number.
+    #[error("the estimate at {time_s} s is not finite, expected numbers: the track ran away")]
+    RanAway {
+        /// Recording time, s.
+        time_s: f64,
+    },
     /// A matrix that must be invertible is not.
     #[error("innovation covariance is singular at {time_s} s, expected a positive definite matrix")]
     Singular {
@@ -119,7 +125,7 @@ impl Error {
     pub fn is_loss_of_track(&self) -> bool {
         match self {
             Self::AtFrame { source, .. } => source.is_loss_of_track(),
-            Self::AllWeightsZero { .. } | Self::Singular { .. } => true,
+            Self::AllWeightsZero { .. } | Self::Singular { .. } | Self::RanAway { .. } => true,
             _ => false,
         }
     }

@@ -16,6 +16,9 @@ mod summary;
 
 pub use summary::{Interval, LOWER, Summary, UPPER};
 
+/// More particles than any laptop's memory holds.
+const MOST: usize = 100_000_000;
+
 /// From this many blocks on, work is shared between threads; below it the sharing costs more than it saves.
 const PARALLEL_BLOCKS: usize = 32;
 
@@ -119,21 +122,19 @@ impl ParticleSet {
     /// `len` particles of `dim` columns at zero, with equal weights.
     ///
     /// # Errors
-    /// [`crate::Error::Parameter`] when either is zero or there are more than `u32::MAX` particles.
+    /// [`crate::Error::Parameter`] when either is zero or there are more than a hundred million particles.
     pub fn new(len: usize, dim: usize) -> Result<Self> {
-        require(len >= 1 && u32::try_from(len).is_ok(), "particles", len as f64, "1 to 4294967295")?;
+        require((1..=MOST).contains(&len), "particles", len as f64, "1 to 100000000")?;
         require(dim >= 1, "state columns", dim as f64, "at least 1")?;
-        let mut set = Self {
+        Ok(Self {
             len,
             dim,
             blocks: vec![0.0; len.div_ceil(BLOCK) * BLOCK * dim],
             log_weights: vec![0.0; len],
-            log_sum: 0.0,
-            weights: vec![0.0; len],
+            log_sum: (len as f64).ln(),
+            weights: vec![1.0 / len as f64; len],
             scratch: Scratch::default(),
-        };
-        set.equal_weights();
-        Ok(set)
+        })
     }
 
     /// How many particles.
@@ -207,12 +208,6 @@ impl ParticleSet {
         self.len >= PARALLEL_BLOCKS * BLOCK
     }
 
-    fn equal_weights(&mut self) {
-        self.log_weights.fill(0.0);
-        self.log_sum = (self.len as f64).ln();
-        self.weights.fill(1.0 / self.len as f64);
-    }
-
     /// Multiply the weights by likelihoods given as logarithms, and normalise.
     ///
     /// Returns the log of the weighted mean likelihood (the evidence of this observation), or `None`, with
@@ -279,17 +274,20 @@ impl ParticleSet {
     pub fn resample(&mut self, scheme: Scheme, streams: Streams) -> &[u32] {
         let mut ancestors = std::mem::take(&mut self.scratch.ancestors);
         scheme.draw(&self.weights, self.len, &mut streams.resampling(), &mut ancestors);
-        self.copy_from(ancestors.indices());
-        self.equal_weights();
+        self.become_copies_of(ancestors.indices());
         self.scratch.ancestors = ancestors;
         self.scratch.ancestors.indices()
     }
 
-    fn copy_from(&mut self, ancestors: &[u32]) {
+    /// The next generation: copies of `ancestors`, weighing the same.
+    fn become_copies_of(&mut self, ancestors: &[u32]) {
         let mut next = std::mem::take(&mut self.scratch.blocks);
         next.resize(self.blocks.len(), 0.0);
         let (stride, source) = (self.dim * BLOCK, &self.blocks);
-        let work = |(to, ancestors): (&mut [f64], &[u32])| {
+        let equal = 1.0 / self.len as f64;
+        let work = |(((to, weights), logs), ancestors): (((&mut [f64], &mut [f64]), &mut [f64]), &[u32])| {
+            weights.fill(equal);
+            logs.fill(0.0);
             let mut from = [0; BLOCK];
             for (from, &ancestor) in from.iter_mut().zip(ancestors) {
                 *from = ancestor as usize / BLOCK * stride + ancestor as usize % BLOCK;
@@ -301,11 +299,15 @@ impl ParticleSet {
                 }
             }
         };
-        if self.is_parallel() {
-            next.par_chunks_mut(stride).zip(ancestors.par_chunks(BLOCK)).for_each(work);
+        let (weights, logs) = (&mut self.weights, &mut self.log_weights);
+        if self.len >= PARALLEL_BLOCKS * BLOCK {
+            let blocks = next.par_chunks_mut(stride).zip(weights.par_chunks_mut(BLOCK));
+            blocks.zip(logs.par_chunks_mut(BLOCK)).zip(ancestors.par_chunks(BLOCK)).for_each(work);
         } else {
-            next.chunks_mut(stride).zip(ancestors.chunks(BLOCK)).for_each(work);
+            let blocks = next.chunks_mut(stride).zip(weights.chunks_mut(BLOCK));
+            blocks.zip(logs.chunks_mut(BLOCK)).zip(ancestors.chunks(BLOCK)).for_each(work);
         }
+        self.log_sum = (self.len as f64).ln();
         self.scratch.blocks = std::mem::replace(&mut self.blocks, next);
     }
 

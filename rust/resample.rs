@@ -116,7 +116,12 @@ fn independent(
         }
         (copied, remainder)
     };
-    let sums: Vec<(f64, f64)> = weights.chunks(GROUP).map(left_by).collect();
+    let is_parallel = weights.len() > SERIAL_GROUPS * GROUP;
+    let sums: Vec<(f64, f64)> = if is_parallel {
+        weights.par_chunks(GROUP).map(left_by).collect()
+    } else {
+        weights.chunks(GROUP).map(left_by).collect()
+    };
     let (copied, remainder) = sums.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
     points.clear();
     let mut sum = 0.0;
@@ -146,7 +151,7 @@ fn independent(
     let work = |((start, out), weights): ((Walk, &mut [u32]), &[f64])| {
         start.walk(weights, places, scale, &copies, points, out);
     };
-    if sums.len() > SERIAL_GROUPS {
+    if is_parallel {
         groups.into_par_iter().zip(weights.par_chunks(GROUP)).for_each(work);
     } else {
         groups.into_iter().zip(weights.chunks(GROUP)).for_each(work);

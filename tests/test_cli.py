@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+import pytracker as pt
+from pytracker.cli import main
+
 
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "pytracker", *map(str, arguments)]
@@ -32,7 +35,7 @@ def test_track_evaluate_and_frame(simulated: Path, tmp_path: Path) -> None:
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "PF with constraint (layered), N = 200, bias" in done.stdout
-    assert {path.name for path in out.iterdir()} == {"track.csv", "metadata.json", "scores.json"}
+    assert {path.name for path in out.glob("[!.]*")} == {"track.csv", "metadata.json", "scores.json"}
     metadata = json.loads((out / "metadata.json").read_text())
     assert metadata["tracks"][0]["seed"] == 7
     assert metadata["tracks"][0]["parameters"]["bias"] is True
@@ -45,8 +48,10 @@ def test_track_evaluate_and_frame(simulated: Path, tmp_path: Path) -> None:
     assert f"{out}: already exists, expected a new folder (or --force to replace it)" in again.stderr
     png = tmp_path / "frame.png"
     assert run("frame", simulated, "--out", png).returncode == 0
+    assert "already exists" in run("frame", simulated, "--out", png).stderr
+    assert "ends in .png" in run("frame", simulated, "--out", tmp_path / "recording.toml").stderr
     assert png.read_bytes().startswith(b"\x89PNG")
-    assert "expected one numbered 900" in run("frame", simulated, "--frame", "900", "--out", png).stderr
+    assert "expected one numbered 900" in run("frame", simulated, "--frame", "900", "--force", "--out", png).stderr
 
 
 @pytest.mark.parametrize(
@@ -56,6 +61,10 @@ def test_track_evaluate_and_frame(simulated: Path, tmp_path: Path) -> None:
         (["--set", "biass=true"], "--set biass: Joint has no such parameter, did you mean 'bias'?"),
         (["--set", "bias"], "--set 'bias', expected KEY=VALUE"),
         (["--set", "bias=yes"], "Joint.bias is 'yes', expected true or false"),
+        (["--set", "particles=1.5"], "Joint.particles is 1.5, expected a whole number, 0 or more"),
+        (["--set", "layers=colour"], "Joint.layers is 'colour', expected layers such as"),
+        (["--particles", "4000000000"], "particles is 4000000000, expected 1 to 100000000"),
+        (["--particles", "9", "--set", "particles=8"], "both given, expected one of them"),
         (["--method", "ekf", "--particles", "9"], "--particles does not go with --method ekf"),
     ],
 )
@@ -75,18 +84,62 @@ def test_bad_input_exits_2_and_debug_shows_where(tmp_path: Path) -> None:
     assert run("track").returncode == 2
 
 
-def test_a_lost_track_exits_1_and_leaves_what_there_was(simulated: Path, tmp_path: Path) -> None:
-    """Started behind the camera, nothing that is seen can be explained."""
-    folder = shutil.copytree(simulated, tmp_path / "recording")
-    toml = folder / "recording.toml"
-    lines = [
-        "wrist_start_m = [0.2, 9.0, 0.0]" if line.startswith("wrist_start_m") else line
-        for line in toml.read_text().splitlines()
-    ]
-    toml.write_text("\n".join(lines))
-    done = run("track", folder, "--method", "plain", "--out", tmp_path / "out", "--no-report")
-    assert done.returncode == 1
-    assert "frame 0: all 500 particle weights are zero at 0 s" in done.stderr
+def test_a_lost_track_exits_1_and_leaves_what_there_was(
+    simulated: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tracked = pt.track(pt.load(simulated), pt.Layered(particles=50))
+
+    def lose(*_: object, **__: object) -> pt.Track:
+        error = pt.TrackingError("frame 7: all 50 particle weights are zero at 0.28 s")
+        error.track = tracked
+        raise error
+
+    monkeypatch.setattr(pt, "track", lose)
+    out = tmp_path / "out"
+    monkeypatch.setattr(sys, "argv", ["pytracker", "track", str(simulated), "--out", str(out), "--no-report"])
+    with pytest.raises(SystemExit) as left:
+        main()
+    assert left.value.code == 1
+    said = capsys.readouterr().err
+    assert "frame 7: all 50 particle weights are zero" in said
+    assert f"the frames before are in {out}" in said
+    assert (out / "track.csv").is_file()
+
+
+def test_force_replaces_only_what_was_made_here(simulated: Path, tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    (home / "thesis.txt").write_text("years of work")
+    done = run("track", simulated, "--out", home, "--force")
+    assert done.returncode == 2
+    assert "was not written by pytracker, expected a folder that was; it is not replaced" in done.stderr
+    mine = tmp_path / "mine"
+    shutil.copytree(simulated, mine / "recording")
+    (mine / ".made-by-pytracker").touch()
+    assert "holds other folders" in run("track", simulated, "--out", mine, "--force").stderr
+    recording = shutil.copytree(simulated, tmp_path / "own")
+    (recording / ".made-by-pytracker").unlink()
+    assert run("track", recording, "--out", recording, "--force").returncode == 2
+    assert (home / "thesis.txt").is_file()
+    assert (recording / "video.mp4").is_file()
+
+
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        ("duration_s=abc", "duration_s is 'abc', expected a finite number"),
+        ("duration_s=1e9", "duration_s is 1000000000.0, expected 1 to 100000 frames"),
+        ("centre_m=[1,2]", "centre_m is (1, 2), expected three finite numbers"),
+        ("cameras=1.5", "cameras is 1.5, expected a whole number"),
+        ("occlusions=[3,4]", "occlusions is (3, 4), expected pairs (from, to) in s"),
+        ("acc_noise=-1", "acc_noise is -1, expected 0 or more"),
+        ("distractor=yes", "distractor is 'yes', expected true or false"),
+    ],
+)
+def test_simulate_names_bad_settings(tmp_path: Path, setting: str, expected: str) -> None:
+    done = run("simulate", "arm", tmp_path / "out", "--set", setting)
+    assert done.returncode == 2
+    assert expected in done.stderr
 
 
 def test_simulate_takes_every_setting(tmp_path: Path) -> None:
@@ -96,7 +149,7 @@ def test_simulate_takes_every_setting(tmp_path: Path) -> None:
         "--set", "occlusions=[[0.2, 0.4]]", "--set", "cameras=2",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert {path.name for path in out.iterdir()} == {
+    assert {path.name for path in out.glob("[!.]*")} == {
         "recording.toml", "video.mp4", "video1.mp4", "imu.csv", "qualisys.tsv",
     }  # fmt: skip
     assert "expected one of: circle, rectangle, reach" in run("simulate", "arm", out, "--set", "pattern=x").stderr

@@ -41,7 +41,13 @@ def test_a_simulated_folder_loads_as_it_was_made(simulated: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ("schema = 1", "schema = 2", "schema is 2, expected: input should be 1"),
+        ("schema = 1", "schema = 2", "schema is 2, this version reads 1: the folder is newer, update pytracker"),
+        ("forearm_m = 0.25", "forearm_m = true", "arm.forearm_m is True, expected: input should be a valid number"),
+        ("upper_arm_m = 0.3", "upper_arm_m = 0.42", "the elbow is 0.30 m from the shoulder, expected 0.42 ± 0.1 m"),
+        ('segment = "right_forearm"', "heading_deg = 90", "check wrist_start_m, shoulder_m, the arm's lengths"),
+        ("translation_m = [0.05", "translation_m = [0.5", "px away, expected at most"),
+        ('wrist = "wrist"', 'hand = "wrist"', "truth.markers.hand is no joint of the arm, expected: shoulder, elbow"),
+        ('elbow = "elbow", wrist = "wrist"', 'elbow = "wrist", wrist = "elbow"', "m apart, expected 0.18 to 0.45 m by"),
         ('kind = "arm"', 'kind = "leg"', "kind is 'leg', expected: input should be 'arm'"),
         ("patch_box", "patchbox", "camera[0].patchbox is not a known key, did you mean 'patch_box'?"),
         ("upper_arm_m", "uper_arm_m", "arm.uper_arm_m is not a known key, did you mean 'upper_arm_m'?"),
@@ -156,6 +162,7 @@ def test_start_from_truth_or_from_the_patch(folder: Path) -> None:
     ray = recording.views[0].camera.ray(recording.views[0].camera.project(np.array([given]))[0])
     across = np.array(recording.arm.wrist_start_m) - given
     assert np.linalg.norm(across - ray * (across @ ray)) < 0.01
+    # The start was found on the ray; a shoulder elsewhere leaves nothing to meet.
     far = edit(folder, "shoulder_m = [0.1", "shoulder_m = [3.1")
     with pytest.raises(pt.InputError, match=r"the patch's ray passes .* m from where the arm can reach, expected"):
         pt.load(far)

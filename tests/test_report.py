@@ -77,7 +77,7 @@ def test_overlay_is_a_video_of_the_recording(report: Path, tracks: list[pt.Track
 def test_a_folder_is_written_whole_or_not_at_all(tracks: list[pt.Track], tmp_path: Path) -> None:
     out = tmp_path / "out"
     pt.write_report(tracks[:1], out, page=False)
-    assert {path.name for path in out.iterdir()} == {"track.csv", "metadata.json", "scores.json"}
+    assert {path.name for path in out.glob("[!.]*")} == {"track.csv", "metadata.json", "scores.json"}
     with pytest.raises(pt.InputError, match="already exists, expected a new folder"):
         pt.write_report(tracks[:1], out)
     (out / "old").touch()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import pickle
 import threading
 import time
@@ -109,13 +110,13 @@ def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sight
     [
         (
             lambda: pt.Layered(particles="many"),  # type: ignore[arg-type]
-            "Layered.particles is 'many', expected a number",
+            "Layered.particles is 'many', expected a whole number, 0 or more",
         ),
         (
             lambda: pt.Joint(bias=1),  # type: ignore[arg-type]
             "Joint.bias is 1, expected true or false",
         ),
-        (lambda: tracker_of(pt.Layered(particles=0)), "particles is 0, expected 1 to 4294967295"),
+        (lambda: tracker_of(pt.Layered(particles=0)), "particles is 0, expected 1 to 100000000"),
         (lambda: tracker_of(pt.Layered(resampling="resedual")), "resampling 'resedual' is not known, expected one of"),
         (lambda: tracker_of(pt.Layered(ess_threshold=2.0)), "ess_threshold is 2, expected 0 to 1"),
         (lambda: tracker_of(pt.Layered(pixel_sd=0.0)), "pixel_sd is 0, expected a positive number of pixels"),
@@ -125,7 +126,9 @@ def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sight
         (lambda: pt.resample("residual", np.zeros(3), 3), "the sum of weights is 0, expected positive"),
         (lambda: pt.ArmScene(pattern="spiral"), "pattern is 'spiral', expected one of: circle, rectangle, reach"),
         (lambda: pt.ArmSimulation(pt.ArmScene(radius_m=0.5)), "m from the shoulder, expected less than 0.550 m"),
-        (lambda: pt.Sightings.of(np.zeros(3), np.zeros((4, 2))), "expected (T, 2) or (T, C, 2)"),
+        (lambda: pt.Sightings.of(np.arange(3.0), np.zeros((4, 2))), "expected (T, 2) or (T, C, 2)"),
+        (lambda: pt.Sightings.of(np.zeros(3), np.zeros((3, 2))), "expected (T,), finite and increasing"),
+        (lambda: pt.Sightings.of(np.zeros(0), np.zeros((0, 2))), "expected (T,), finite and increasing"),
     ],
 )
 def test_bad_arguments_are_named(make: object, expected: str) -> None:
@@ -187,3 +190,35 @@ def test_a_run_lets_the_interpreter_go(simulation: pt.ArmSimulation, sightings: 
         time.sleep(0.001)
     thread.join()
     assert ticks > 20
+
+
+def test_an_imu_time_that_jumps_is_met_not_waited_for(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+    recording = simulation.recording()
+    for value, expected in (
+        (np.nan, r"IMU sample 60 has time nan s after"),
+        (99.0, r"IMU sample 61 has time 0\.61 s after 99\.0 s"),
+    ):
+        time_s = recording.imus[0].time_s.copy()
+        time_s[60] = value
+        imu = dataclasses.replace(recording.imus[0], time_s=time_s)
+        with pytest.raises(pt.InputError, match=expected):
+            pt.track(dataclasses.replace(recording, imus=(imu,)), pt.Layered(particles=50), sightings=sightings)
+
+
+def test_a_gap_in_the_imu_has_a_reason(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+    recording = simulation.recording()
+    imu = recording.imus[0]
+    keep = (imu.time_s < 0.5) | (imu.time_s > 0.9)
+    assert imu.gyr is not None
+    cut = pt.Imu(time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_sensor=imu.q_world_sensor[keep], gyr=imu.gyr[keep])
+    track = pt.track(dataclasses.replace(recording, imus=(cut,)), pt.Layered(particles=200), sightings=sightings)
+    assert track.reason[18] == "no IMU sample for 0.23 s"
+    assert not track.valid[18]
+
+
+def test_the_same_frame_twice_is_refused(simulation: pt.ArmSimulation) -> None:
+    tracker, imu = tracker_of(pt.Layered()), simulation.imu
+    tracker.predict(0.0, imu.acc[0], imu.q_world_sensor[0])
+    tracker.update(0.0, None)
+    with pytest.raises(pt.InputError, match="frame at 0 s comes after 0 s was reached"):
+        tracker.update(0.0, None)

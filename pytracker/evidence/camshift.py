@@ -314,6 +314,11 @@ def _contrast_histogram(hsv: Image, box: Box, p: CamshiftParameters) -> NDArray[
     ring = np.zeros_like(inside)
     ring[max(0, y - reach_y) : y + h + reach_y, max(0, x - reach_x) : x + w + reach_x] = 255
     ring[inside > 0] = 0
+    if (ring > 0).sum() < 0.5 * w * h:
+        raise InputError(
+            f"patch box {list(box)} leaves {int((ring > 0).sum())} px around it in the frame, expected half "
+            f"its own {w * h} px: draw it around the patch alone"
+        )
 
     def share(mask: Image) -> NDArray[np.float32]:
         counts = cv2.calcHist(

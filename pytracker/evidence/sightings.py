@@ -46,12 +46,18 @@ class Sightings:
     @staticmethod
     def of(time_s: Array, pixels: Array) -> Sightings:
         """From centres `(T, 2)` or `(T, C, 2)` that came from elsewhere: another tracker, keypoints, a simulation."""
-        pixels = np.ascontiguousarray(pixels, dtype=np.float64)
+        try:
+            time_s = np.ascontiguousarray(time_s, dtype=np.float64)
+            pixels = np.ascontiguousarray(pixels, dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"times or pixels are no arrays of numbers: {error}") from None
+        if time_s.ndim != 1 or not len(time_s) or not (np.diff(time_s) > 0).all() or not np.isfinite(time_s).all():
+            raise InputError(f"frame times have shape {time_s.shape}, expected (T,), finite and increasing")
         pixels = pixels[:, None, :] if pixels.ndim == 2 else pixels
         if pixels.ndim != 3 or pixels.shape[2] != 2 or len(pixels) != len(time_s):
             raise InputError(f"pixels have shape {pixels.shape} for {len(time_s)} times, expected (T, 2) or (T, C, 2)")
         seen = _seen(pixels)
-        return Sightings(np.asarray(time_s, dtype=np.float64), pixels, tuple("" if s else "not seen" for s in seen))
+        return Sightings(time_s, pixels, tuple("" if s else "not seen" for s in seen))
 
 
 def _seen(pixels: Array) -> NDArray[np.bool_]:

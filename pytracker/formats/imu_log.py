@@ -20,6 +20,7 @@ GRAVITY = 9.80665
 NORM_TOLERANCE = 0.02
 RATE_TOLERANCE = 0.05
 GAP_INTERVALS = 1.5
+SLOWEST_S = 0.2
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +101,10 @@ def _check_times(log: ImuLog) -> list[str]:
             f"increasing times ({back.size} such rows)"
         )
     usual = float(np.median(interval))
+    if usual > SLOWEST_S:
+        raise InputError(
+            f"{log.path}: samples are {usual:g} s apart, expected at most {SLOWEST_S} s: are the times in milliseconds?"
+        )
     rate = log.rate_hz
     if rate is not None and abs(usual * rate - 1) > RATE_TOLERANCE:
         raise InputError(

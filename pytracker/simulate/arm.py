@@ -7,6 +7,7 @@ forearm with +y from wrist to elbow. The world is x right, y away from the subje
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +27,7 @@ CAMERA_DISTANCE_M = 2.0
 CAMERA_ELEVATION_DEG = 30.0
 TRUTH_RATE_HZ = 100.0
 DIFFERENCE_S = 2e-3
+MOST_FRAMES = 100_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,17 +87,55 @@ class ArmScene:
     clutter_noise: float = 4.0
 
     def __post_init__(self) -> None:
-        """Check the ranges."""
-        if self.pattern not in PATTERNS:
-            raise InputError(f"pattern is {self.pattern!r}, expected one of: {', '.join(PATTERNS)}")
+        """Check kinds and ranges."""
+        for field in dataclasses.fields(self):
+            _check_kind(field.name, getattr(self, field.name), field.default)
+        for name, is_good, expected in self._ranges():
+            if not is_good:
+                raise InputError(f"{name} is {getattr(self, name)!r}, expected {expected}")
+
+    def _ranges(self) -> Iterator[tuple[str, bool, str]]:
+        """What must hold: parameter, whether it does, what is expected."""
+        yield "pattern", self.pattern in PATTERNS, f"one of: {', '.join(PATTERNS)}"
         for name in ("duration_s", "period_s", "radius_m", "upper_arm_m", "forearm_m", "frame_rate_hz", "imu_rate_hz"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} is {getattr(self, name)}, expected a positive number")
+            yield name, getattr(self, name) > 0, "a positive number"
+        for name in ("acc_noise", "acc_bias", "gyr_noise", "gyr_bias", "orientation_error_deg", "clutter_noise"):
+            yield name, getattr(self, name) >= 0, "0 or more"
         for name in ("dropped_imu", "dropped_frames"):
-            if not 0 <= getattr(self, name) < 1:
-                raise InputError(f"{name} is {getattr(self, name)}, expected a share from 0 to below 1")
-        if not 1 <= self.cameras <= 4:
-            raise InputError(f"cameras is {self.cameras}, expected 1 to 4")
+            yield name, 0 <= getattr(self, name) < 1, "a share from 0 to below 1"
+        frames = self.duration_s * self.frame_rate_hz
+        yield "duration_s", 1 <= frames <= MOST_FRAMES, f"1 to {MOST_FRAMES} frames at {self.frame_rate_hz} frames/s"
+        yield "elbow_swing", bool(np.linalg.norm(self.elbow_swing) > 0), "a direction"
+        yield "occlusions", all(start < end for start, end in self.occlusions), "(from, to) with from before to, s"
+        yield "cameras", 1 <= self.cameras <= 4, "1 to 4"
+
+
+def _check_kind(name: str, value: object, default: object) -> None:
+    """`value` must be of the kind of its default; numbers must be finite. Raises `InputError`."""
+    if isinstance(default, bool):
+        ok, expected = isinstance(value, bool), "true or false"
+    elif isinstance(default, int):
+        ok, expected = isinstance(value, int) and not isinstance(value, bool), "a whole number"
+    elif isinstance(default, float):
+        ok, expected = _is_number(value), "a finite number"
+    elif isinstance(default, str):
+        ok, expected = isinstance(value, str), "a word"
+    elif name == "occlusions":
+        ok = isinstance(value, tuple) and all(
+            isinstance(pair, tuple) and len(pair) == 2 and all(map(_is_number, pair)) for pair in value
+        )
+        expected = "pairs (from, to) in s"
+    else:
+        ok, expected = (
+            isinstance(value, tuple) and len(value) == 3 and all(map(_is_number, value)),
+            "three finite numbers",
+        )
+    if not ok:
+        raise InputError(f"{name} is {value!r}, expected {expected}")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
 class ArmSimulation:

@@ -64,6 +64,7 @@ pub struct ArmTracker {
     timeline: Timeline,
     filter: Filter,
     last_world_sensor: Option<Quaternion>,
+    last_frame_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -86,7 +87,7 @@ impl ArmTracker {
             }
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)),
         };
-        Ok(Self { arm, noise, views, timeline: Timeline::new(), filter, last_world_sensor: None })
+        Ok(Self { arm, noise, views, timeline: Timeline::new(), filter, last_world_sensor: None, last_frame_s: None })
     }
 
     /// How many cameras.
@@ -114,7 +115,7 @@ impl ArmTracker {
     ///
     /// # Errors
     /// [`Error::Size`] for another number of pixels than cameras, [`Error::NoInertialSample`], [`Error::Late`],
-    /// [`Error::NotFinite`], [`Error::AllWeightsZero`], [`Error::Singular`].
+    /// [`Error::NotFinite`], [`Error::AllWeightsZero`], [`Error::Singular`], [`Error::RanAway`].
     pub fn update(&mut self, time_s: f64, pixels: &[Option<Vector2<f64>>]) -> Result<Estimate> {
         self.update_recorded(time_s, pixels, None)
     }
@@ -134,6 +135,9 @@ impl ArmTracker {
         }
         for pixel in pixels.iter().flatten() {
             require_finite("pixel", time_s, pixel.as_slice())?;
+        }
+        if let Some(latest_s) = self.last_frame_s.filter(|last| time_s <= *last) {
+            return Err(Error::Late { what: "frame", time_s, latest_s });
         }
         self.timeline.reach_frame(time_s, &self.noise)?;
         if self.last_world_sensor.is_none() {
@@ -157,7 +161,11 @@ impl ArmTracker {
             Filter::Particles(filter) => filter.update(&self.arm, &self.noise, &frame, recorder),
             Filter::Gaussian(filter) => filter.update(&self.arm, &self.noise, &frame),
         }?;
+        if !estimate.mean.iter().chain(estimate.covariance.iter()).all(|x| x.is_finite()) {
+            return Err(Error::RanAway { time_s });
+        }
         self.last_world_sensor = Some(world_sensor);
+        self.last_frame_s = Some(time_s);
         self.timeline.clear_pending();
         Ok(estimate)
     }
@@ -207,7 +215,12 @@ impl ArmTracker {
 
     /// Take the samples up to `time_s`; how many those are.
     fn take_until(&mut self, samples: &[Sample], time_s: f64) -> Result<usize> {
-        let due = samples.iter().take_while(|sample| sample.time_s <= time_s).count();
+        // A time that is no number, or jumps ahead of its successor, must be met, not waited for.
+        let is_due = |i: usize| {
+            let next = samples.get(i + 1).map_or(f64::INFINITY, |next| next.time_s);
+            samples[i].time_s <= time_s || samples[i].time_s.is_nan() || samples[i].time_s >= next
+        };
+        let due = (0..samples.len()).take_while(|i| is_due(*i)).count();
         samples[..due].iter().try_for_each(|sample| self.predict(sample))?;
         Ok(due)
     }
