@@ -61,7 +61,7 @@ class Scores:
         frames: frames of the track.
         frames_without_truth: frames that no truth covers; left out.
         frames_untracked: frames that were not tracked; left out.
-        valid_share: share of frames in which the patch was seen.
+        valid_share: share of frames that were tracked with the patch seen and the IMU heard.
     """
 
     joints: Mapping[str, JointScores]

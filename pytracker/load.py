@@ -11,7 +11,7 @@ from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_log import check
-from pytracker.formats.qualisys import read_qualisys
+from pytracker.formats.qualisys import Markers, read_qualisys
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View, triple
 from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
@@ -43,11 +43,13 @@ def load(folder: Path | str) -> Recording:
     entry = read_recording_file(path)
     imu, warnings = _imu(folder, path, entry.imu[0])
     mount = np.array(entry.imu[0].mount)
+    mount /= np.linalg.norm(mount)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount) for k, c in enumerate(entry.camera))
     overlap_warnings = _check_overlap(views, imu)
     truth, truth_warnings = (None, []) if entry.truth is None else _truth(folder, path, entry.truth, entry.arm)
     start, start_warnings = _wrist_start(path, entry.arm, views[0], imu, truth)
-    _check_start(path, entry.arm, start, views[0], imu)
+    for number, view in enumerate(views):
+        _check_start(f"{path}: camera[{number}]", entry.arm, start, view, imu)
     arm = Arm(
         shoulder_m=entry.arm.shoulder_m,
         upper_arm_m=entry.arm.upper_arm_m,
@@ -98,6 +100,7 @@ def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...
     if abs(np.linalg.norm(mount) - 1) > 0.02:
         raise InputError(f"{path}: imu[0].mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
     orientation = folder / entry.orientation_file if entry.orientation_file else None
+    mount /= np.linalg.norm(mount)
     log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
     log = check(log)
     if log.q_world_sensor is None and entry.heading_deg is None:
@@ -109,7 +112,7 @@ def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...
     assert log.acc is not None
     assert log.q_world_sensor is not None
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
-    q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount / np.linalg.norm(mount)))
+    q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount))
     gyr = log.gyr if log.gyr is None else rotate(mount, log.gyr)
     imu = Imu(
         time_s=log.time_s + entry.offset_s,
@@ -148,11 +151,11 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
 
 
 def _truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[Truth, list[str]]:
-    readers: dict[str, Callable[[Path], object]] = {".tsv": read_qualisys, ".csv": read_truth_csv}
+    readers: dict[str, Callable[[Path], Markers]] = {".tsv": read_qualisys, ".csv": read_truth_csv}
     file = folder / entry.file
     if file.suffix.lower() not in readers:
         raise InputError(f"{path}: truth.file is {entry.file!r}, expected one of: {', '.join(readers)}")
-    markers = read_qualisys(file) if file.suffix.lower() == ".tsv" else read_truth_csv(file)
+    markers = readers[file.suffix.lower()](file)
     wanted = entry.markers or {name: name for name in markers.positions_m}
     for joint, marker in wanted.items():
         if marker not in markers.positions_m:
@@ -202,7 +205,7 @@ def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> None:
             )
 
 
-def _check_start(path: Path, arm: ArmEntry, start: Triple, view: View, imu: Imu) -> None:
+def _check_start(place: str, arm: ArmEntry, start: Triple, view: View, imu: Imu) -> None:
     """Camera, patch, IMU and arm must agree about the first frame."""
     assert view.patch_box is not None
     x, y, w, h = view.patch_box
@@ -211,7 +214,7 @@ def _check_start(path: Path, arm: ArmEntry, start: Triple, view: View, imu: Imu)
     length = float(np.linalg.norm(wrist + rotate(q, np.array([0.0, arm.forearm_m, 0.0])) - np.array(arm.shoulder_m)))
     if abs(length - arm.upper_arm_m) > START_M:
         raise InputError(
-            f"{path}: at the first frame the elbow is {length:.2f} m from the shoulder, expected "
+            f"{place}: at the first frame the elbow is {length:.2f} m from the shoulder, expected "
             f"{arm.upper_arm_m:.2f} ± {START_M} m: check wrist_start_m, shoulder_m, the arm's lengths, and "
             "heading_deg and mount of the IMU"
         )
@@ -219,7 +222,7 @@ def _check_start(path: Path, arm: ArmEntry, start: Triple, view: View, imu: Imu)
     off = float(np.linalg.norm(pixel - [x + (w - 1) / 2, y + (h - 1) / 2]))
     if not off <= max(START_PX, 2.0 * max(w, h)):
         raise InputError(
-            f"{path}: the wrist's start is at pixel ({pixel[0]:.0f}, {pixel[1]:.0f}), but patch_box "
+            f"{place}: the wrist's start is at pixel ({pixel[0]:.0f}, {pixel[1]:.0f}), but patch_box "
             f"{list(view.patch_box)} is {off:.0f} px away, expected at most {max(START_PX, 2.0 * max(w, h)):.0f}: "
             "check wrist_start_m, patch_box and the camera's matrix, rotation and translation_m"
         )

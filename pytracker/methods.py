@@ -54,12 +54,13 @@ class ArmMethod:
     Attributes:
         accel_density: process noise of eq. (6), m/s/√s; a sample over T has sigma_f = accel_density / T^1.5.
         gap_density: the same where the IMU has said nothing for `hold_s`, m/s/√s.
-        hold_s: how long an IMU sample holds, s.
+        hold_s: how long an IMU sample holds, s; one and a half sampling intervals where those are longer.
         position_start_sd_m: wrist at the first frame, m per axis.
         velocity_start_sd: velocity at the first frame, m/s per axis.
         walk_density: random walk of eq. (17), m/√s; the paper's 1 cm at 25 frames/s is 0.05.
         pixel_sd: patch centre, px per axis (paper: 4).
-        outlier_fraction: share of sightings that are something else, anywhere in the image; the paper has 0.
+        outlier_fraction: share of sightings that are something else, anywhere in an image of twice the principal
+            point; the paper has 0. Particle methods only.
         arm_length_sd_m: upper-arm length, m (paper: 0.01).
         bias: whether the acceleration bias (world frame) is estimated.
         bias_start_sd: bias at the start, m/s² per axis.

@@ -149,11 +149,19 @@ class Truth:
     gaps: dict[str, int] = field(default_factory=dict)
 
     def at(self, joint: str, time_s: Array) -> Array:
-        """Position of `joint` at `time_s` by linear interpolation `(T, 3)`; NaN beside a gap or outside."""
+        """Position of `joint` at `time_s` by linear interpolation `(T, 3)`; NaN in a gap, beside one, or outside.
+
+        Rows that are missing altogether are a gap like rows that are empty.
+        """
         points = self.joints_m[joint]
-        return np.stack(
+        at = np.stack(
             [np.interp(time_s, self.time_s, points[:, d], left=np.nan, right=np.nan) for d in range(3)], axis=1
         )
+        if len(self.time_s) > 2:
+            interval = np.diff(self.time_s)
+            before = np.clip(np.searchsorted(self.time_s, time_s, side="right") - 1, 0, len(interval) - 1)
+            at[(interval[before] > 2.5 * np.median(interval)) & (time_s != self.time_s[before])] = np.nan
+        return at
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -167,7 +167,7 @@ def _assemble(
     reason[end:] = ["the track was lost before"] * (frames - end)
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
-    for frame in np.flatnonzero(since > max(method.hold_s, 2 * float(np.median(np.diff(imu_time_s))))):
+    for frame in np.flatnonzero(since > max(method.hold_s, 1.5 * float(np.median(np.diff(imu_time_s))))):
         reason[frame] = reason[frame] or f"no IMU sample for {since[frame]:.2f} s"
     return Track(
         method=method,

@@ -72,11 +72,6 @@ impl Camera {
         &self.matrix
     }
 
-    /// Where the camera stands, world, m.
-    pub fn position(&self) -> Vector3<f64> {
-        -(self.rotation.transpose() * self.translation)
-    }
-
     /// Pixel of a world point; `None` behind the camera or where the distortion model no longer holds.
     #[inline]
     pub fn project(&self, world: Vector3<f64>) -> Option<Vector2<f64>> {

@@ -92,8 +92,18 @@ pub enum Error {
         /// How many particles.
         particles: usize,
     },
-    /// The estimate is no longer a number.
-    #[error("the estimate at {time_s} s is not finite, expected numbers: the track ran away")]
+    /// The track was lost before.
+    #[error(
+        "update at {time_s} s after the track was lost at {lost_at_s} s, expected a new tracker or one saved before"
+    )]
+    Lost {
+        /// Recording time, s.
+        time_s: f64,
+        /// When it was lost, s.
+        lost_at_s: f64,
+    },
+    /// The estimate is no longer a number, or lies where the patch cannot be seen.
+    #[error("the estimate at {time_s} s is not finite or behind a camera that sees the patch: the track ran away")]
     RanAway {
         /// Recording time, s.
         time_s: f64,
@@ -125,7 +135,7 @@ impl Error {
     pub fn is_loss_of_track(&self) -> bool {
         match self {
             Self::AtFrame { source, .. } => source.is_loss_of_track(),
-            Self::AllWeightsZero { .. } | Self::Singular { .. } | Self::RanAway { .. } => true,
+            Self::AllWeightsZero { .. } | Self::Singular { .. } | Self::RanAway { .. } | Self::Lost { .. } => true,
             _ => false,
         }
     }

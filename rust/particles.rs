@@ -50,6 +50,9 @@ impl PartialEq for Scratch {
     }
 }
 
+/// Weights of one block, and their logarithms.
+type Weights<'a> = (&'a mut [f64], &'a mut [f64]);
+
 /// The particles of one block, read.
 #[derive(Debug, Clone, Copy)]
 pub struct Block<'a> {
@@ -284,8 +287,8 @@ impl ParticleSet {
         let mut next = std::mem::take(&mut self.scratch.blocks);
         next.resize(self.blocks.len(), 0.0);
         let (stride, source) = (self.dim * BLOCK, &self.blocks);
-        let equal = 1.0 / self.len as f64;
-        let work = |(((to, weights), logs), ancestors): (((&mut [f64], &mut [f64]), &mut [f64]), &[u32])| {
+        let (equal, is_parallel) = (1.0 / self.len as f64, self.is_parallel());
+        let work = |((to, (weights, logs)), ancestors): ((&mut [f64], Weights<'_>), &[u32])| {
             weights.fill(equal);
             logs.fill(0.0);
             let mut from = [0; BLOCK];
@@ -300,12 +303,12 @@ impl ParticleSet {
             }
         };
         let (weights, logs) = (&mut self.weights, &mut self.log_weights);
-        if self.len >= PARALLEL_BLOCKS * BLOCK {
-            let blocks = next.par_chunks_mut(stride).zip(weights.par_chunks_mut(BLOCK));
-            blocks.zip(logs.par_chunks_mut(BLOCK)).zip(ancestors.par_chunks(BLOCK)).for_each(work);
+        if is_parallel {
+            let weights = weights.par_chunks_mut(BLOCK).zip(logs.par_chunks_mut(BLOCK));
+            next.par_chunks_mut(stride).zip(weights).zip(ancestors.par_chunks(BLOCK)).for_each(work);
         } else {
-            let blocks = next.chunks_mut(stride).zip(weights.chunks_mut(BLOCK));
-            blocks.zip(logs.chunks_mut(BLOCK)).zip(ancestors.chunks(BLOCK)).for_each(work);
+            let weights = weights.chunks_mut(BLOCK).zip(logs.chunks_mut(BLOCK));
+            next.chunks_mut(stride).zip(weights).zip(ancestors.chunks(BLOCK)).for_each(work);
         }
         self.log_sum = (self.len as f64).ln();
         self.scratch.blocks = std::mem::replace(&mut self.blocks, next);

@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Matrix3, Vector2, Vector3};
 use pytracker::Error;
 use pytracker::arm::ekf::Correction;
-use pytracker::arm::motion::{InertialMotion, Motion};
+use pytracker::arm::motion::{InertialMotion, Motion, RandomWalk};
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
 use pytracker::arm::state::{Layout, View, Walk};
 use pytracker::arm::{Arm, ArmTracker, Estimate, Method, Noise, Sample};
@@ -171,6 +171,56 @@ fn a_single_sample_draws_along_one_direction() {
     }
 }
 
+/// Eqs (10) and (18) against densities written out.
+#[test]
+fn log_densities_are_the_normal_ones() {
+    let ln_normal = |x: f64, variance: f64| -0.5 * (x * x / variance + (std::f64::consts::TAU * variance).ln());
+    let walk = RandomWalk { sd: 0.02 };
+    let expected = ln_normal(0.01, 4e-4) + ln_normal(-0.02, 4e-4) + ln_normal(0.03, 4e-4);
+    assert!((walk.log_density(&[0.0; 6], &[0.01, -0.02, 0.03, 0.0, 0.0, 0.0]) - expected).abs() < 1e-10);
+    let layout = Layout::new(&noise());
+    let mut motion = Motion::none();
+    for _ in 0..3 {
+        motion.append(0.1, Vector3::new(1.0, 0.0, -2.0), 0.5, None);
+    }
+    let (q, u) = (motion.noise, motion.input);
+    let transition = InertialMotion::new(motion, layout, &noise());
+    let to = [0.1, -0.1, 0.0, 0.4, 0.1, -0.5];
+    // Per axis: the velocity's density times the position's given the velocity.
+    let expected: f64 = (0..3)
+        .map(|axis| {
+            let (p, v) = (to[axis] - u[(0, axis)], to[3 + axis] - u[(1, axis)]);
+            let slope = q[(0, 1)] / q[(1, 1)];
+            ln_normal(v, q[(1, 1)]) + ln_normal(p - slope * v, q[(0, 0)] - slope * q[(0, 1)])
+        })
+        .sum();
+    assert!((transition.log_density(&[0.0; 6], &to) - expected).abs() < 1e-8 * expected.abs());
+}
+
+/// Where the IMU has gone silent, the arm's length is believed less and less, and a slow IMU is no silent one.
+#[test]
+fn a_stale_orientation_weighs_less() {
+    let spread = |silent_s: f64| {
+        let mut tracker = tracker(noise(), joint(4000));
+        let (samples, _) = recording();
+        samples[..10].iter().for_each(|sample| tracker.predict(sample).unwrap());
+        tracker.update(0.09, &[None]).unwrap();
+        tracker.update(0.09 + silent_s, &[None]).unwrap().wrist.sd.norm()
+    };
+    assert!(spread(1.0) > 5.0 * spread(0.04));
+    let mut slow = tracker(noise(), Method::Gaussian { corrections: vec![] });
+    for k in 0..12 {
+        let acceleration = Vector3::new(1.0, 0.0, 9.806_65);
+        let world_sensor = Quaternion::identity();
+        slow.predict(&Sample { time_s: 0.1 * f64::from(k), acceleration, world_sensor, turn_rate: None }).unwrap();
+        if k == 1 {
+            slow.update(0.1, &[None]).unwrap();
+        }
+    }
+    let moved = slow.update(1.1, &[None]).unwrap().mean[3];
+    assert!((moved - 1.0).abs() < 1e-9, "{moved}");
+}
+
 #[test]
 fn online_and_whole_runs_give_the_same_bytes() {
     for method in
@@ -192,12 +242,12 @@ fn online_and_whole_runs_give_the_same_bytes() {
     }
 }
 
-/// More than sixteen blocks, so that threads really share the work.
+/// Enough particles that threads share every loop, resampling included.
 #[test]
 fn threads_do_not_change_a_bit() {
     let run = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| all(&mut tracker(with_bias(), layered(9_000))))
+        pool.install(|| all(&mut tracker(with_bias(), layered(40_000))))
     };
     let one = run(1);
     assert_eq!(one, run(2));
@@ -359,6 +409,8 @@ fn a_lost_track_names_its_frame() {
     assert_eq!(stretch.estimates.len(), 3);
     let stopped = stretch.stopped.unwrap();
     assert!(stopped.is_loss_of_track());
+    let again = tracker.update(0.5, &[None]).unwrap_err();
+    assert_eq!(again, Error::Lost { time_s: 0.5, lost_at_s: unseen[3].0 });
     assert_eq!(
         stopped.to_string(),
         "frame 103: all 50 particle weights are zero at 0.123 s (layer 0), expected at least one particle that the \

@@ -56,7 +56,7 @@ def test_online_gives_the_same_bytes(simulation: pt.ArmSimulation, sightings: pt
 
 
 def test_threads_and_repeats_give_the_same_bytes(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
-    method = pt.Joint(particles=6000, bias=True)
+    method = pt.Joint(particles=36_000, bias=True)
     runs = [pt.track(simulation.recording(), method, 5, sightings=sightings, threads=n) for n in (1, 2, 7, None)]
     for run in runs[1:]:
         assert np.array_equal(run.state_mean, runs[0].state_mean)

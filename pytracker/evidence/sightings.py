@@ -13,7 +13,7 @@ from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_pa
 from pytracker.formats.video import Frame, frames
 from pytracker.recording import Array, Recording
 
-__all__ = ["Progress", "Sightings", "sight"]
+__all__ = ["SAME_FRAME_S", "Progress", "Sightings", "sight"]
 
 Progress = Callable[[str, int], None]
 """Called with (stage, frames done)."""

@@ -53,12 +53,15 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
             f"{path}:{first + 1}: header {header[:80]!r} names no known column, expected Acc_X, Quat_q0 ..."
         )
     table = parse_table(path, lines, first + 1, names, delimiter, wanted)
-    table, warnings = _without_lost_samples(table)
     rate = rate_hz if rate_hz is not None else _stated_rate(path, lines[:first])
+    # Times come before the lost samples go: without a counter it is the rows that count.
+    time_s = _times(table, rate)
+    kept, warnings = _lost_samples(table)
+    table = table.without(~kept)
     return ImuLog(
         path=path,
         lines=table.lines,
-        time_s=_times(table, rate),
+        time_s=time_s[kept],
         acc=table.columns(*ACC),
         gyr=table.columns(*GYR),
         mag=table.columns(*MAG),
@@ -91,24 +94,24 @@ def _orientation(table: Table) -> Float | None:
     return None
 
 
-def _without_lost_samples(table: Table) -> tuple[Table, tuple[str, ...]]:
-    """MT Manager writes NaN or nothing where a packet held no reading: such rows are lost samples."""
+def _lost_samples(table: Table) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
+    """Rows to keep: MT Manager writes NaN or nothing where a packet held no reading."""
     columns = [name for name in (*ACC, *GYR, *QUATERNION, *MATRIX, *EULER) if name in table.names]
     values = table.columns(*columns)
     if values is None or not columns:
-        return table, ()
-    lost = ~np.isfinite(values.sum(axis=1))
+        return np.ones(len(table.lines), dtype=np.bool_), ()
+    lost = np.asarray(~np.isfinite(values.sum(axis=1)), dtype=np.bool_)
     if lost.all():
         raise InputError(f"{table.path}: no row has all of {', '.join(columns)[:120]}, expected numbers")
     if not lost.any():
-        return table, ()
+        return ~lost, ()
     first = int(np.flatnonzero(lost)[0])
     cell = columns[int(np.flatnonzero(~np.isfinite(values[first]))[0])]
     warning = (
         f"{table.path}:{table.lines[first]}: {cell} has no value; {int(lost.sum())} of {len(lost)} rows lack a "
         "reading and are left out"
     )
-    return table.without(lost), (warning,)
+    return ~lost, (warning,)
 
 
 def _stated_rate(path: Path, comments: list[str]) -> float | None:

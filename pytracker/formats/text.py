@@ -88,7 +88,7 @@ def parse_table(
     rows, numbers = [], []
     for index in range(first, len(lines)):
         line = lines[index]
-        if not line.strip():
+        if not line.strip(" "):
             continue
         cells = _split_cells(line, delimiter, len(names))
         if len(cells) != len(names):

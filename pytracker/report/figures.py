@@ -165,7 +165,7 @@ def _limit(axes: Axes, shown: list[Array]) -> None:
 
 
 def _shade_lost(axes: Axes, track: Track) -> None:
-    """Grey where the patch was not seen."""
+    """Shaded where the patch was not seen or the IMU not heard."""
     lost = ~track.valid
     edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]]).astype(int)))
     step = float(np.median(np.diff(track.time_s))) if len(track.time_s) > 1 else 0.0
@@ -177,7 +177,7 @@ def _shade_lost(axes: Axes, track: Track) -> None:
             alpha=0.5,
             lw=0,
             zorder=0,
-            label="patch not seen" if number == 0 else None,
+            label="patch not seen, or no IMU" if number == 0 else None,
         )
 
 

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.evidence.sightings import SAME_FRAME_S
 from pytracker.formats.video import Image, frames
 from pytracker.recording import Array, Camera
 from pytracker.track import Track
@@ -30,12 +31,14 @@ def write_overlay(path: Path, track: Track) -> bool:
     view = track.recording.views[0]
     if view.video is None:
         return False
-    interval = float(np.median(np.diff(track.time_s))) if len(track.time_s) > 1 else 0.04
+    # The first camera's own frames: with several cameras the track has rows of the others between them.
+    own = track.sightings.tracks[0].time_s if track.sightings.tracks else track.time_s
+    interval = float(np.median(np.diff(own))) if len(own) > 1 else 0.04
     step = max(1, int(np.ceil(1.0 / (interval * MOST_FRAMES_PER_S))))
     writer: cv2.VideoWriter | None = None
     for frame in frames(view.video):
-        row = int(np.searchsorted(track.time_s, frame.time_s + view.start_s - 1e-6))
-        if frame.index % step or row >= len(track.time_s):
+        row = int(np.searchsorted(track.time_s, frame.time_s + view.start_s + SAME_FRAME_S, side="right")) - 1
+        if frame.index % step or row < 0:
             continue
         image = _draw(frame.image, track, row)
         if writer is None:

@@ -129,9 +129,23 @@ def _recording(recording: Recording) -> dict[str, Any]:
     return {
         "folder": None if recording.folder is None else recording.folder.name,
         "kind": recording.kind,
-        "files": {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in recording.files},
+        "files": {_name(path, recording): _sha256(path) for path in recording.files},
         "warnings": list(recording.warnings),
     }
+
+
+def _name(path: Path, recording: Recording) -> str:
+    """Relative to the recording's folder, where it lies in it."""
+    folder = recording.folder
+    return path.relative_to(folder).as_posix() if folder is not None and path.is_relative_to(folder) else path.name
+
+
+def _sha256(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while chunk := file.read(1 << 20):
+            digest.update(chunk)
+    return digest.hexdigest()
 
 
 def _json(path: Path, value: Any) -> None:

@@ -49,7 +49,11 @@ def write_report(
 
 
 def _scores(track: Track) -> Scores | None:
-    return None if track.recording.truth is None else evaluate(track, track.recording.truth)
+    """None where there is no truth, or none that covers the frames: the track is worth keeping all the same."""
+    try:
+        return evaluate(track, track.recording.truth)
+    except InputError:
+        return None
 
 
 def _track_name(number: int, track: Track, count: int) -> str:

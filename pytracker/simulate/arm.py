@@ -57,7 +57,7 @@ class ArmScene:
         occlusions: (from, to) in s, when something hides the patch.
         distractor: whether something of the patch's colour moves in the background.
         dropped_imu: share of IMU samples that are missing.
-        dropped_frames: share of frames that are missing (the video has a variable rate then).
+        dropped_frames: share of frames in whose place the one before is shown again.
         clutter_noise: standard deviation of the image noise, grey levels.
     """
 
@@ -261,10 +261,6 @@ class ArmSimulation:
         """As a recording in memory, without video: to be tracked from `sightings`."""
         views = tuple(View(camera=camera) for camera in self.cameras)
         return Recording(kind="arm", views=views, imus=(self.imu,), arm=self.arm, truth=self.truth)
-
-    def with_scene(self, **changes: object) -> ArmSimulation:
-        """The same seed in a changed scene."""
-        return ArmSimulation(dataclasses.replace(self.scene, **changes), self.seed)  # type: ignore[arg-type]
 
 
 def look_at(

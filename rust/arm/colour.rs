@@ -7,6 +7,7 @@ use super::state::{Layout, Noise, POSITION, View};
 use crate::filter::Likelihood;
 use crate::particles::{Block, ParticleSet};
 use crate::rng::BLOCK;
+use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
 use std::f64::consts::TAU;
 
@@ -18,6 +19,9 @@ pub struct Sighting<'a> {
     /// Patch centre, px.
     pub pixel: Vector2<f64>,
 }
+
+/// Residual, slope and noise covariance of a measurement about one state.
+pub type Linear = (DVector<f64>, DMatrix<f64>, DMatrix<f64>);
 
 /// All sightings of one frame, weighed together.
 #[derive(Debug, Clone)]
@@ -80,8 +84,11 @@ impl<'a> Colour<'a> {
     }
 
     /// Residual `(2M,)`, slope `(2M, D)` and noise variance of the sightings about one state, for a linear
-    /// filter; a sighting that the state puts behind its camera is left out.
-    pub fn linearise(&self, state: &DVector<f64>) -> Option<(DVector<f64>, DMatrix<f64>, DMatrix<f64>)> {
+    /// filter; `None` without sightings.
+    ///
+    /// # Errors
+    /// [`Error::RanAway`], at the time given, where the state puts a patch that was seen behind its camera.
+    pub fn linearise(&self, time_s: f64, state: &DVector<f64>) -> Result<Option<Linear>> {
         let mut rows: Vec<(f64, DVector<f64>)> = Vec::new();
         for sighting in &self.sightings {
             let mut offset = sighting.view.patch_offset;
@@ -89,7 +96,8 @@ impl<'a> Colour<'a> {
                 offset += state.fixed_rows::<3>(column);
             }
             let patch = state.fixed_rows::<3>(POSITION) + self.world_sensor * offset;
-            let Some((pixel, by_patch)) = sighting.view.camera.project_with_jacobian(patch) else { continue };
+            let seen = sighting.view.camera.project_with_jacobian(patch);
+            let (pixel, by_patch) = seen.ok_or(Error::RanAway { time_s })?;
             let by_offset = by_patch * self.world_sensor;
             for r in 0..2 {
                 let mut slope = DVector::zeros(state.len());
@@ -103,12 +111,12 @@ impl<'a> Colour<'a> {
             }
         }
         if rows.is_empty() {
-            return None;
+            return Ok(None);
         }
         let residual = DVector::from_iterator(rows.len(), rows.iter().map(|r| r.0));
         let jacobian = DMatrix::from_fn(rows.len(), state.len(), |r, c| rows[r].1[c]);
         let noise = DMatrix::from_diagonal_element(rows.len(), rows.len(), self.pixel_sd * self.pixel_sd);
-        Some((residual, jacobian, noise))
+        Ok(Some((residual, jacobian, noise)))
     }
 }
 

@@ -13,7 +13,7 @@ use super::particle::Frame;
 use super::state::{Arm, Estimate, Layout, Noise, POSITION};
 use crate::filter::Gaussian;
 use crate::quaternion::Quaternion;
-use crate::{Error, Result};
+use crate::{Error, Result, error::require};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
@@ -57,17 +57,22 @@ pub struct ArmGaussian {
 
 impl ArmGaussian {
     /// About the arm's start.
-    pub fn new(arm: &Arm, noise: &Noise, corrections: Vec<Correction>) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for an outlier share, which a Gaussian cannot have.
+    pub fn new(arm: &Arm, noise: &Noise, corrections: Vec<Correction>) -> Result<Self> {
+        let outliers = noise.outlier_fraction;
+        require(outliers == 0.0, "outlier_fraction", outliers, "0 for a Gaussian method, which has no outliers")?;
         let layout = Layout::new(noise);
         let (mean, sd) = layout.start(arm, noise);
         let covariance = DMatrix::from_diagonal(&sd.component_mul(&sd));
-        Self { corrections, layout, state: Gaussian { mean, covariance } }
+        Ok(Self { corrections, layout, state: Gaussian { mean, covariance } })
     }
 
     /// Predict to the frame and apply every correction.
     ///
     /// # Errors
-    /// [`Error::Singular`].
+    /// [`Error::Singular`], [`Error::RanAway`].
     pub fn update(&mut self, arm: &Arm, noise: &Noise, frame: &Frame<'_>) -> Result<Estimate> {
         let forearm = frame.world_sensor.rotate(arm.elbow_in_sensor());
         self.predict(&frame.motion, noise);
@@ -76,12 +81,12 @@ impl ArmGaussian {
             let linear = match correction {
                 Correction::Colour => {
                     Colour::new(frame.sightings.clone(), frame.world_sensor.to_matrix(), self.layout, noise)
-                        .linearise(&self.state.mean)
+                        .linearise(frame.time_s, &self.state.mean)?
                 }
-                Correction::ArmLength => ArmLength::new(arm, forearm, noise).linearise(&self.state.mean),
+                Correction::ArmLength => ArmLength::new(arm, forearm, noise, frame.stale_s).linearise(&self.state.mean),
                 Correction::ArmProjection => {
                     let wrist = self.state.mean.fixed_rows::<3>(POSITION).into();
-                    let nearest = ArmLength::new(arm, forearm, noise).project(wrist);
+                    let nearest = ArmLength::new(arm, forearm, noise, frame.stale_s).project(wrist);
                     self.state.mean.fixed_rows_mut::<3>(POSITION).copy_from(&nearest);
                     None
                 }

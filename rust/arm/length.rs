@@ -9,6 +9,9 @@ use crate::particles::ParticleSet;
 use nalgebra::{DMatrix, DVector, Vector3};
 use std::f64::consts::TAU;
 
+/// How fast a forearm turns that nothing is known of, rad/s.
+pub const TURN_RATE: f64 = 1.0;
+
 /// The constraint at one orientation of the forearm.
 #[derive(Debug, Clone)]
 pub struct ArmLength {
@@ -19,9 +22,11 @@ pub struct ArmLength {
 }
 
 impl ArmLength {
-    /// `forearm` is wrist to elbow in the world, m (eq. 2).
-    pub fn new(arm: &Arm, forearm: Vector3<f64>, noise: &Noise) -> Self {
-        Self { reach: forearm - arm.shoulder, upper_arm_m: arm.upper_arm_m, sd: noise.arm_length_sd }
+    /// `forearm` is wrist to elbow in the world, m (eq. 2), known `stale_s` ago: since then the forearm may have
+    /// turned at [`TURN_RATE`], and the elbow with it.
+    pub fn new(arm: &Arm, forearm: Vector3<f64>, noise: &Noise, stale_s: f64) -> Self {
+        let sd = noise.arm_length_sd.hypot(arm.forearm_m * TURN_RATE * stale_s);
+        Self { reach: forearm - arm.shoulder, upper_arm_m: arm.upper_arm_m, sd }
     }
 
     /// Residual `(1,)`, slope `(1, D)` and noise variance about one state, for a linear filter; `None` where

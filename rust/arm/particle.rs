@@ -86,6 +86,8 @@ pub struct Frame<'a> {
     pub last_world_sensor: Quaternion,
     /// Orientation now.
     pub world_sensor: Quaternion,
+    /// For how long nothing has said how the sensor is oriented, s.
+    pub stale_s: f64,
     /// Where the patch was seen, if it was.
     pub sightings: Vec<Sighting<'a>>,
 }
@@ -152,8 +154,8 @@ impl ArmParticles {
         let walk = RandomWalk { sd: noise.walk_density * frame.motion.elapsed_s.sqrt() };
         let colour = Colour::new(frame.sightings.clone(), frame.world_sensor.to_matrix(), self.layout, noise);
         let forearm = |q: Quaternion| q.rotate(arm.elbow_in_sensor());
-        let length_before = ArmLength::new(arm, forearm(frame.last_world_sensor), noise);
-        let length_now = ArmLength::new(arm, forearm(frame.world_sensor), noise);
+        let length_before = ArmLength::new(arm, forearm(frame.last_world_sensor), noise, frame.stale_s);
+        let length_now = ArmLength::new(arm, forearm(frame.world_sensor), noise, frame.stale_s);
         let mut moved = false;
         let mut layers = Vec::with_capacity(self.layers.len());
         for layer in &self.layers {

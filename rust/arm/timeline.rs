@@ -1,7 +1,8 @@
 //! Which IMU sample holds when, and what has piled up since the last frame.
 //!
-//! A sample holds from its own time on; a frame splits the interval. Beyond `hold_s` after the last sample
-//! nothing says how the arm accelerates: it is taken not to, with the larger noise `gap_density`.
+//! A sample holds from its own time on; a frame splits the interval. Beyond `hold_s` after the last sample (one
+//! and a half sampling intervals, for a slow IMU) nothing says how the arm accelerates: it is taken not to, with
+//! the larger noise `gap_density`; nor how it turns: the orientation stays, and is said to be stale.
 
 use super::motion::Motion;
 use super::state::{Noise, require_finite};
@@ -22,6 +23,8 @@ const NORM_TOLERANCE: f64 = 0.02;
 pub struct Timeline {
     now_s: f64,
     held: Option<Held>,
+    /// The shortest interval between samples so far, s.
+    shortest_s: f64,
     pending: Motion,
 }
 
@@ -37,7 +40,7 @@ struct Held {
 impl Timeline {
     /// Before the first sample.
     pub fn new() -> Self {
-        Self { now_s: f64::NEG_INFINITY, held: None, pending: Motion::none() }
+        Self { now_s: f64::NEG_INFINITY, held: None, shortest_s: f64::INFINITY, pending: Motion::none() }
     }
 
     /// The time reached, s.
@@ -66,6 +69,9 @@ impl Timeline {
             return Err(Error::Late { what: "IMU sample", time_s, latest_s });
         }
         self.advance(time_s, noise);
+        if let Some(held) = self.held {
+            self.shortest_s = self.shortest_s.min(time_s - held.time_s);
+        }
         let world_sensor = sample.world_sensor.normalized();
         // Eq. (4).
         let acceleration = world_sensor.rotate(sample.acceleration) - Vector3::new(0.0, 0.0, GRAVITY);
@@ -100,18 +106,32 @@ impl Timeline {
         self.pending = Motion::none();
     }
 
-    /// Orientation now: the held sample's, advanced by its turn rate where there is one.
-    pub fn world_sensor(&self) -> Quaternion {
+    /// How long a sample holds, s.
+    fn hold_s(&self, noise: &Noise) -> f64 {
+        if self.shortest_s.is_finite() { noise.hold_s.max(1.5 * self.shortest_s) } else { noise.hold_s }
+    }
+
+    /// For how long nothing has said how the sensor is oriented, s.
+    pub fn stale_s(&self, noise: &Noise) -> f64 {
+        self.held.map_or(0.0, |held| (self.now_s - held.time_s - self.hold_s(noise)).max(0.0))
+    }
+
+    /// Orientation now: the held sample's, advanced by its turn rate, where there is one, for as long as it holds.
+    pub fn world_sensor(&self, noise: &Noise) -> Quaternion {
         let Some(held) = self.held else { return Quaternion::identity() };
         match held.turn_rate {
             None => held.world_sensor,
-            Some(rate) => held.world_sensor * Quaternion::from_rotation_vector(rate * (self.now_s - held.time_s)),
+            Some(rate) => {
+                held.world_sensor * {
+                    Quaternion::from_rotation_vector(rate * (self.now_s - held.time_s).min(self.hold_s(noise)))
+                }
+            }
         }
     }
 
     fn advance(&mut self, to_s: f64, noise: &Noise) {
         if let Some(held) = self.held {
-            let holds_until = (held.time_s + noise.hold_s).clamp(self.now_s, to_s.max(self.now_s));
+            let holds_until = (held.time_s + self.hold_s(noise)).clamp(self.now_s, to_s.max(self.now_s));
             if holds_until > self.now_s {
                 self.pending.append(holds_until - self.now_s, held.acceleration, noise.accel_density, noise.bias);
             }

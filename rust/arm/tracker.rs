@@ -65,6 +65,7 @@ pub struct ArmTracker {
     filter: Filter,
     last_world_sensor: Option<Quaternion>,
     last_frame_s: Option<f64>,
+    lost_at_s: Option<f64>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -85,9 +86,18 @@ impl ArmTracker {
             Method::Particles { layers, len, resampling } => {
                 Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
             }
-            Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)),
+            Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
         };
-        Ok(Self { arm, noise, views, timeline: Timeline::new(), filter, last_world_sensor: None, last_frame_s: None })
+        Ok(Self {
+            arm,
+            noise,
+            views,
+            timeline: Timeline::new(),
+            filter,
+            last_world_sensor: None,
+            last_frame_s: None,
+            lost_at_s: None,
+        })
     }
 
     /// How many cameras.
@@ -115,7 +125,8 @@ impl ArmTracker {
     ///
     /// # Errors
     /// [`Error::Size`] for another number of pixels than cameras, [`Error::NoInertialSample`], [`Error::Late`],
-    /// [`Error::NotFinite`], [`Error::AllWeightsZero`], [`Error::Singular`], [`Error::RanAway`].
+    /// [`Error::NotFinite`], [`Error::AllWeightsZero`], [`Error::Singular`], [`Error::RanAway`]; after one of these three the
+    /// tracker is lost, and every further update says so ([`Error::Lost`]).
     pub fn update(&mut self, time_s: f64, pixels: &[Option<Vector2<f64>>]) -> Result<Estimate> {
         self.update_recorded(time_s, pixels, None)
     }
@@ -136,6 +147,9 @@ impl ArmTracker {
         for pixel in pixels.iter().flatten() {
             require_finite("pixel", time_s, pixel.as_slice())?;
         }
+        if let Some(lost_at_s) = self.lost_at_s {
+            return Err(Error::Lost { time_s, lost_at_s });
+        }
         if let Some(latest_s) = self.last_frame_s.filter(|last| time_s <= *last) {
             return Err(Error::Late { what: "frame", time_s, latest_s });
         }
@@ -144,12 +158,13 @@ impl ArmTracker {
             // The start is the wrist at the first frame: what the IMU did before moves nothing.
             self.timeline.clear_pending();
         }
-        let world_sensor = self.timeline.world_sensor();
+        let world_sensor = self.timeline.world_sensor(&self.noise);
         let frame = Frame {
             time_s,
             motion: self.timeline.pending().clone(),
             last_world_sensor: self.last_world_sensor.unwrap_or(world_sensor),
             world_sensor,
+            stale_s: self.timeline.stale_s(&self.noise),
             sightings: self
                 .views
                 .iter()
@@ -157,6 +172,8 @@ impl ArmTracker {
                 .filter_map(|(view, pixel)| pixel.map(|pixel| Sighting { view, pixel }))
                 .collect(),
         };
+        // Until it is known that all went well: a filter that failed half-way must not be used again.
+        self.lost_at_s = Some(time_s);
         let estimate = match &mut self.filter {
             Filter::Particles(filter) => filter.update(&self.arm, &self.noise, &frame, recorder),
             Filter::Gaussian(filter) => filter.update(&self.arm, &self.noise, &frame),
@@ -164,6 +181,7 @@ impl ArmTracker {
         if !estimate.mean.iter().chain(estimate.covariance.iter()).all(|x| x.is_finite()) {
             return Err(Error::RanAway { time_s });
         }
+        self.lost_at_s = None;
         self.last_world_sensor = Some(world_sensor);
         self.last_frame_s = Some(time_s);
         self.timeline.clear_pending();
@@ -180,7 +198,7 @@ impl ArmTracker {
         if self.last_world_sensor.is_none() {
             timeline.clear_pending();
         }
-        let (motion, world_sensor) = (timeline.pending(), timeline.world_sensor());
+        let (motion, world_sensor) = (timeline.pending(), timeline.world_sensor(&self.noise));
         Ok(match &self.filter {
             Filter::Particles(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
             Filter::Gaussian(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),

@@ -20,14 +20,17 @@ pub fn resample<'py>(
     seed: u64,
 ) -> PyResult<Bound<'py, PyArray1<u32>>> {
     let scheme = Scheme::from_name(scheme)?;
-    let weights = weights.as_array().to_vec();
+    let mut weights = weights.as_array().to_vec();
     if let Some(weight) = weights.iter().find(|w| !(**w >= 0.0 && w.is_finite())) {
         require(false, "a weight", *weight, "a finite number, 0 or more")?;
     }
     let sum: f64 = weights.iter().sum();
     require(sum > 0.0 && sum.is_finite(), "the sum of weights", sum, "positive")?;
-    let normalised: Vec<f64> = weights.iter().map(|w| w / sum).collect();
+    let scale = 1.0 / sum;
+    for weight in &mut weights {
+        *weight *= scale;
+    }
     let mut ancestors = Ancestors::default();
-    py.detach(|| scheme.draw(&normalised, n, &mut Streams::new(seed, 0, 0).resampling(), &mut ancestors));
+    py.detach(|| scheme.draw(&weights, n, &mut Streams::new(seed, 0, 0).resampling(), &mut ancestors));
     Ok(PyArray1::from_slice(py, ancestors.indices()))
 }
