@@ -185,6 +185,18 @@ def test_mt_manager_without_rate_asks_for_it(tmp_path: Path) -> None:
         read_imu(mt_manager(tmp_path, rate="// Update Rate: -3Hz\n"))
 
 
+def test_mt_manager_lost_rows_keep_their_time_without_a_counter(tmp_path: Path) -> None:
+    path = tmp_path / "no_counter.txt"
+    rows = ["0\t0\t9.8\t1\t0\t0\t0"] * 20
+    rows[5:10] = ["NaN\t\t\t\t\t\t", "\t\t\t\t\t\t", *["0\t0\tNaN\t1\t0\t0\t0"] * 3]
+    header = "Acc_X\tAcc_Y\tAcc_Z\tQuat_q0\tQuat_q1\tQuat_q2\tQuat_q3"
+    path.write_text("// Update Rate: 100.0Hz\n" + "\n".join([header, *rows]) + "\n")
+    log = load(path)
+    assert log.time_s[-1] == pytest.approx(0.19)
+    assert len(log.time_s) == 15
+    assert "5 of 20 rows lack a reading" in log.warnings[0]
+
+
 @pytest.mark.parametrize(("ticks", "seconds"), [(100, 0.01), (16_667, 0.016667)])
 def test_mt_manager_sample_clock(tmp_path: Path, ticks: int, seconds: float) -> None:
     """0.1 ms on an MTi, 1 µs on a DOT, told apart by the rate that they give; the 32-bit counter wraps."""

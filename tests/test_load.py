@@ -175,3 +175,16 @@ def test_camera_that_starts_before_the_imu(folder: Path) -> None:
     assert track.reason[:25] == ("before the first IMU sample",) * 25
     assert np.isnan(track.joints["wrist"].mean[:25]).all()
     assert np.isfinite(track.joints["wrist"].mean[25:]).all()
+
+
+def test_rows_that_are_missing_are_a_gap_in_the_truth() -> None:
+    time_s = np.concatenate([np.arange(0, 2, 0.01), np.arange(6, 8, 0.01)])
+    truth = pt.Truth(time_s=time_s, joints_m={"wrist": np.stack([time_s] * 3, axis=1)})
+    at = truth.at("wrist", np.array([1.005, 1.985, 4.0, 6.0, 7.5, 9.0]))
+    assert np.isfinite(at[:, 0]).tolist() == [True, True, False, True, True, False]
+
+
+def test_a_mount_that_is_rounded_changes_no_length(folder: Path) -> None:
+    exact = pt.load(folder).imus[0].acc
+    rounded = pt.load(edit(folder, 'segment = "right_forearm"', "mount = [0.99, 0.0, 0.0, 0.0]")).imus[0].acc
+    assert np.allclose(rounded, exact)

@@ -120,6 +120,7 @@ def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sight
         (lambda: tracker_of(pt.Layered(resampling="resedual")), "resampling 'resedual' is not known, expected one of"),
         (lambda: tracker_of(pt.Layered(ess_threshold=2.0)), "ess_threshold is 2, expected 0 to 1"),
         (lambda: tracker_of(pt.Layered(pixel_sd=0.0)), "pixel_sd is 0, expected a positive number of pixels"),
+        (lambda: tracker_of(pt.Ekf(outlier_fraction=0.1)), "outlier_fraction is 0.1, expected 0 for a Gaussian method"),
         (lambda: tracker_of(pt.Ekf(corrections=("color",))), "correction 'color' is not known"),
         (lambda: tracker_of(pt.Plain(layers=(("inertial", ("colours",)),))), "likelihood 'colours' is not known"),
         (lambda: pt.resample("residual", np.array([0.5, -0.5]), 3), "a weight is -0.5, expected a finite number"),

@@ -59,10 +59,11 @@ def render_page(
 
 def _summary(track: Track, label: str, scores: Scores | None) -> str:
     """What a clinician reads: one paragraph, in words and centimetres."""
+    seen = 100 * track.sightings.valid.mean()
     half = 100 * np.nanmean((track.joints["wrist"].hi - track.joints["wrist"].lo) / 2, axis=0)
     words = (
         f"The wrist was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera frames) by "
-        f"“{label}”. The patch was seen in {100 * track.sightings.valid.mean():.1f} % of the frames. The tracker states "
+        f"“{label}”. The patch was seen in {seen:.1f} % of the frames. The tracker states "
         f"its own uncertainty as a 95 % band of on average ±{half[0]:.1f} cm across (x), ±{half[1]:.1f} cm in y and "
         f"±{half[2]:.1f} cm in height (z)."
     )
