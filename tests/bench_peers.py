@@ -15,7 +15,7 @@ from numpy_twin import NumpyLayered, resample_residual
 
 import pytracker as pt
 
-BATCH_S = 0.05
+BATCH_S = 0.25
 
 
 def alternate(ours: Callable[[], object], twin: Callable[[], object], repeats: int) -> tuple[float, float, float]:
@@ -80,10 +80,10 @@ def main() -> None:
     threads = os.environ.get("RAYON_NUM_THREADS", "all")
     print(f"{'work':<44}{'pytracker':>12}{'NumPy':>12}{'ratio':>8}   (threads: {threads})")
     rows = [
-        ("arm, one camera frame, layered, N = 500", frame_pair(500), 40),
-        ("arm, one camera frame, layered, N = 5000", frame_pair(5_000), 40),
-        ("arm, one camera frame, layered, N = 50000", frame_pair(50_000), 40),
-        ("residual resampling, N = 10000", resampling_pair(10_000), 40),
+        ("arm, one camera frame, layered, N = 500", frame_pair(500), 12),
+        ("arm, one camera frame, layered, N = 5000", frame_pair(5_000), 12),
+        ("arm, one camera frame, layered, N = 50000", frame_pair(50_000), 12),
+        ("residual resampling, N = 10000", resampling_pair(10_000), 12),
     ]
     for name, (ours, twin), repeats in rows:
         a, b, ratio = alternate(ours, twin, repeats)

@@ -144,39 +144,59 @@ fn interval(set: &ParticleSet, column: usize, mean: f64, sd: f64) -> Interval {
             weight[usize::from(*cell)] += w;
         }
     }
-    let quantile = |level| quantile(set, column, &cells, &weight, level);
-    Interval { lo: quantile(LOWER), hi: quantile(UPPER) }
-}
-
-/// Sort only the cell in which the cumulative weight crosses `level`.
-fn quantile(set: &ParticleSet, column: usize, cells: &[u8], weight: &[f64; CELLS], level: f64) -> f64 {
-    let (mut cumulative, mut wanted) = (0.0, 0);
-    while wanted < CELLS - 1 && cumulative + weight[wanted] < level {
-        cumulative += weight[wanted];
-        wanted += 1;
-    }
-    // Rounding may leave the level just above the whole: then the last filled cell holds it.
-    while weight[wanted] == 0.0 && wanted > 0 {
-        wanted -= 1;
-        cumulative -= weight[wanted];
-    }
-    let mut inside: Vec<(f64, f64)> = Vec::new();
+    let (lo, hi) = (Crossing::find(&weight, LOWER), Crossing::find(&weight, UPPER));
+    let (mut inside_lo, mut inside_hi) = (Vec::new(), Vec::new());
     for ((block, w), cells) in set.blocks().zip(set.weights.chunks(BLOCK)).zip(cells.chunks(BLOCK)) {
         let column = block.column(column);
         for (i, cell) in cells.iter().enumerate() {
-            if usize::from(*cell) == wanted {
+            if *cell == lo.cell || *cell == hi.cell {
+                let inside = if *cell == lo.cell { &mut inside_lo } else { &mut inside_hi };
                 inside.push((column[i], w[i]));
             }
         }
     }
-    inside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-    for (x, w) in &inside {
-        cumulative += w;
-        if cumulative >= level {
-            return *x;
-        }
+    if lo.cell == hi.cell {
+        inside_hi.clone_from(&inside_lo);
     }
-    inside.last().map_or(f64::NAN, |(x, _)| *x)
+    Interval { lo: lo.within(inside_lo), hi: hi.within(inside_hi) }
+}
+
+/// The cell in which the cumulative weight crosses a level.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    cell: u8,
+    /// Weight of the cells before it.
+    before: f64,
+    level: f64,
+}
+
+impl Crossing {
+    fn find(weight: &[f64; CELLS], level: f64) -> Self {
+        let (mut before, mut cell) = (0.0, 0);
+        while cell < CELLS - 1 && before + weight[cell] < level {
+            before += weight[cell];
+            cell += 1;
+        }
+        // Rounding may leave the level just above the whole: then the last filled cell holds it.
+        while weight[cell] == 0.0 && cell > 0 {
+            cell -= 1;
+            before -= weight[cell];
+        }
+        Self { cell: cell as u8, before, level }
+    }
+
+    /// The value at the crossing, of the (value, weight) inside the cell.
+    fn within(self, mut inside: Vec<(f64, f64)>) -> f64 {
+        inside.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let mut cumulative = self.before;
+        for (x, w) in &inside {
+            cumulative += w;
+            if cumulative >= self.level {
+                return *x;
+            }
+        }
+        inside.last().map_or(f64::NAN, |(x, _)| *x)
+    }
 }
 
 /// The densest window along the principal axis, and the mean of the particles in it.
