@@ -206,14 +206,19 @@ fn log_density_in_range(rest: &DVector<f64>, noise: DMatrix<f64>) -> f64 {
 }
 
 fn standard_normal(out: &mut [f64], rng: &mut Stream) {
+    // A generator of its own lets its state stay in registers.
+    let mut own = rng.clone();
     for z in out {
-        *z = rng.sample(StandardNormal);
+        *z = own.sample(StandardNormal);
     }
+    *rng = own;
 }
 
 fn add_normal(out: &mut [f64], sd: f64, rng: &mut Stream) {
+    let mut own = rng.clone();
     for x in out {
-        let z: f64 = rng.sample(StandardNormal);
+        let z: f64 = own.sample(StandardNormal);
         *x += sd * z;
     }
+    *rng = own;
 }
