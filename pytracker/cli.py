@@ -93,7 +93,7 @@ def demo(
     quiet: Quiet = False,
 ) -> None:
     """Simulate a table-top circle, track it by every method, print the comparison and write a report."""
-    _must_be_new(out, force)
+    check_target(out, force=force)  # before the work, not after it
     with tempfile.TemporaryDirectory() as scratch, _progress(quiet) as progress:
         folder = keep or Path(scratch) / "simulated-circle"
         pt.simulate_arm(folder, pt.ArmScene(duration_s=duration), seed, force=force, progress=progress)
@@ -118,7 +118,7 @@ def track(
 ) -> None:
     """Track a recording and write track.csv, metadata.json, scores.json (with truth) and a report page."""
     chosen = make_method(method, particles, settings or [])
-    _must_be_new(out, force)
+    check_target(out, force=force)  # before the work, not after it
     recording = pt.load(folder)
     _warn(recording.warnings)
     with _progress(quiet) as progress:
@@ -145,7 +145,7 @@ def report(
     quiet: Quiet = False,
 ) -> None:
     """Track a recording by several methods and write one page that compares them."""
-    _must_be_new(out, force)
+    check_target(out, force=force)  # before the work, not after it
     chosen = tuple(make_method(name, None, []) for name in method) if method else DEMO_METHODS
     recording = pt.load(folder)
     _warn(recording.warnings)
@@ -303,11 +303,6 @@ def _progress(quiet: bool) -> Iterator[Callable[[str, int], None] | None]:
             bar.update(tasks[stage], completed=done)
 
         yield advance
-
-
-def _must_be_new(out: Path, force: bool) -> None:
-    """Say so before the work, not after it."""
-    check_target(out, force=force)
 
 
 def _warn(warnings: tuple[str, ...]) -> None:
