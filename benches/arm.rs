@@ -15,19 +15,7 @@ fn tracker(layers: &[(Mover, &[Cue])], len: usize, bias: bool) -> ArmTracker {
     let matrix = Matrix3::new(700.0, 0.0, 320.0, 0.0, 700.0, 240.0, 0.0, 0.0, 1.0);
     let rotation = Matrix3::new(-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0);
     let camera = Camera::new(matrix, [0.0; 5], rotation, Vector3::new(0.0, 0.0, 2.3)).expect("a camera");
-    let noise = Noise {
-        accel_density: 0.1,
-        gap_density: 3.0,
-        hold_s: 0.05,
-        position_start_sd: 0.02,
-        velocity_start_sd: 0.02,
-        walk_density: 0.05,
-        pixel_sd: 4.0,
-        outlier_fraction: 0.0,
-        arm_length_sd: 0.01,
-        bias: bias.then_some(Walk { start_sd: 0.15, density: 0.01 }),
-        offset: None,
-    };
+    let noise = Noise { bias: bias.then_some(Walk { start_sd: 0.15, density: 0.01 }), ..Noise::default() };
     let arm = Arm {
         shoulder: Vector3::new(0.1, 0.0, 0.25),
         upper_arm_m: 0.30,

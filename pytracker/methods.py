@@ -62,6 +62,9 @@ class ArmMethod:
         outlier_fraction: share of sightings that are something else, anywhere in an image of twice the principal
             point; the paper has 0. Particle methods only.
         arm_length_sd_m: upper-arm length, m (paper: 0.01).
+        rest_speed: velocity while at rest, m/s per axis (the `rest` likelihood).
+        rest_accel: the specific force varies by less at rest, m/s² RMS over all axes.
+        rest_turn_rate: the sensor turns by less at rest, rad/s RMS over all axes.
         bias: whether the acceleration bias (world frame) is estimated.
         bias_start_sd: bias at the start, m/s² per axis.
         bias_density: its random walk, m/s²/√s.
@@ -79,6 +82,9 @@ class ArmMethod:
     pixel_sd: float = 4.0
     outlier_fraction: float = 0.0
     arm_length_sd_m: float = 0.01
+    rest_speed: float = 0.01
+    rest_accel: float = 0.2
+    rest_turn_rate: float = 0.1
     bias: bool = False
     bias_start_sd: float = 0.15
     bias_density: float = 0.01
@@ -114,7 +120,8 @@ class _Particles(ArmMethod):
         particles: how many, at least 1 (paper: 500).
         resampling: `residual` (the paper), `systematic`, `stratified` or `multinomial`.
         ess_threshold: resample when ESS falls to this share of the particles; 1 is always (the paper).
-        layers: (what moves, what weighs), applied in order; `inertial` or `walk`, `colour` and `arm_length`.
+        layers: (what moves, what weighs), applied in order; `inertial` or `walk`; `colour`, `arm_length` and `rest`
+            (no velocity, while the IMU says that it lies still).
     """
 
     particles: int = 500
@@ -157,7 +164,7 @@ class Ekf(ArmMethod):
 
     Attributes:
         corrections: applied in order: `colour`; `arm_length`, the constraint as a pseudo-measurement;
-            `arm_projection`, the mean moved to the arm's length afterwards (the authors' earlier method).
+            `rest`, no velocity while the IMU says that it lies still; `arm_projection`, the mean moved to the arm's length afterwards (the authors' earlier method).
     """
 
     corrections: tuple[str, ...] = ("colour",)

@@ -11,6 +11,7 @@
 //! | [`timeline`] | which sample holds when; the orientation at a frame |
 //! | [`colour`] | eqs (7), (9), (11): the patch |
 //! | [`length`] | eqs (15), (16): the upper arm's length |
+//! | [`rest`] | not in the paper: lying still as a measurement of no velocity |
 //! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
 //! | [`tracker`] | the online tracker over all of them |
@@ -20,6 +21,7 @@ pub mod ekf;
 pub mod length;
 pub mod motion;
 pub mod particle;
+pub mod rest;
 pub mod state;
 pub mod timeline;
 pub mod tracker;

@@ -20,19 +20,7 @@ fn arm() -> Arm {
 }
 
 fn noise() -> Noise {
-    Noise {
-        accel_density: 0.1,
-        gap_density: 1.0,
-        hold_s: 0.1,
-        position_start_sd: 0.02,
-        velocity_start_sd: 0.02,
-        walk_density: 0.05,
-        pixel_sd: 4.0,
-        outlier_fraction: 0.0,
-        arm_length_sd: 0.01,
-        bias: None,
-        offset: None,
-    }
+    Noise { gap_density: 1.0, hold_s: 0.1, ..Noise::default() }
 }
 
 fn with_bias() -> Noise {

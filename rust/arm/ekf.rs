@@ -10,6 +10,7 @@ use super::colour::Colour;
 use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion};
 use super::particle::Frame;
+use super::rest::Rest;
 use super::state::{Arm, Estimate, Layout, Noise, POSITION};
 use crate::filter::Gaussian;
 use crate::quaternion::Quaternion;
@@ -24,12 +25,14 @@ pub enum Correction {
     Colour,
     /// The arm's length as a pseudo-measurement (eq. 15, linearised).
     ArmLength,
+    /// No velocity, while the IMU says that it lies still.
+    Rest,
     /// The mean moved to the nearest point that the arm's length allows; the covariance stays.
     ArmProjection,
 }
 
 impl Correction {
-    /// `colour`, `arm_length` or `arm_projection`.
+    /// `colour`, `arm_length`, `rest` or `arm_projection`.
     ///
     /// # Errors
     /// [`Error::UnknownName`].
@@ -37,11 +40,12 @@ impl Correction {
         match name {
             "colour" => Ok(Self::Colour),
             "arm_length" => Ok(Self::ArmLength),
+            "rest" => Ok(Self::Rest),
             "arm_projection" => Ok(Self::ArmProjection),
             _ => Err(Error::UnknownName {
                 what: "correction",
                 name: name.into(),
-                known: "colour, arm_length, arm_projection",
+                known: "colour, arm_length, rest, arm_projection",
             }),
         }
     }
@@ -84,6 +88,7 @@ impl ArmGaussian {
                         .linearise(frame.time_s, &self.state.mean)?
                 }
                 Correction::ArmLength => ArmLength::new(arm, forearm, noise, frame.stale_s).linearise(&self.state.mean),
+                Correction::Rest => frame.is_rest.then(|| Rest::new(noise).linearise(&self.state.mean)),
                 Correction::ArmProjection => {
                     let wrist = self.state.mean.fixed_rows::<3>(POSITION).into();
                     let nearest = ArmLength::new(arm, forearm, noise, frame.stale_s).project(wrist);

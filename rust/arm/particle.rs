@@ -10,6 +10,7 @@
 use super::colour::{Colour, Sighting};
 use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion, RandomWalk};
+use super::rest::Rest;
 use super::state::{Arm, Estimate, Layout, Noise};
 use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
 use crate::particles::ParticleSet;
@@ -36,6 +37,8 @@ pub enum Cue {
     Colour,
     /// Eq. (16).
     ArmLength,
+    /// No velocity, while the IMU says that it lies still.
+    Rest,
 }
 
 /// One layer by name.
@@ -62,7 +65,7 @@ impl Mover {
 }
 
 impl Cue {
-    /// `colour` or `arm_length`.
+    /// `colour`, `arm_length` or `rest`.
     ///
     /// # Errors
     /// [`Error::UnknownName`].
@@ -70,7 +73,8 @@ impl Cue {
         match name {
             "colour" => Ok(Self::Colour),
             "arm_length" => Ok(Self::ArmLength),
-            _ => Err(Error::UnknownName { what: "likelihood", name: name.into(), known: "colour, arm_length" }),
+            "rest" => Ok(Self::Rest),
+            _ => Err(Error::UnknownName { what: "likelihood", name: name.into(), known: "colour, arm_length, rest" }),
         }
     }
 }
@@ -88,6 +92,8 @@ pub struct Frame<'a> {
     pub world_sensor: Quaternion,
     /// For how long nothing has said how the sensor is oriented, s.
     pub stale_s: f64,
+    /// Whether the sensor lies still.
+    pub is_rest: bool,
     /// Where the patch was seen, if it was.
     pub sightings: Vec<Sighting<'a>>,
 }
@@ -156,6 +162,7 @@ impl ArmParticles {
         let forearm = |q: Quaternion| q.rotate(arm.elbow_in_sensor());
         let length_before = ArmLength::new(arm, forearm(frame.last_world_sensor), noise, frame.stale_s);
         let length_now = ArmLength::new(arm, forearm(frame.world_sensor), noise, frame.stale_s);
+        let rest = Rest::new(noise);
         let mut moved = false;
         let mut layers = Vec::with_capacity(self.layers.len());
         for layer in &self.layers {
@@ -171,7 +178,8 @@ impl ArmParticles {
                 match cue {
                     Cue::ArmLength => likelihoods.push(length),
                     Cue::Colour if !frame.sightings.is_empty() => likelihoods.push(&colour),
-                    Cue::Colour => {}
+                    Cue::Rest if frame.is_rest => likelihoods.push(&rest),
+                    Cue::Colour | Cue::Rest => {}
                 }
             }
             layers.push(Layer { transition, likelihoods });

@@ -74,6 +74,12 @@ pub struct Noise {
     pub outlier_fraction: f64,
     /// Upper-arm length, m (paper: 0.01).
     pub arm_length_sd: f64,
+    /// Velocity while at rest, m/s per axis.
+    pub rest_speed: f64,
+    /// Specific force varies by less at rest, m/s² RMS over all axes.
+    pub rest_accel: f64,
+    /// The sensor turns by less at rest, rad/s RMS over all axes.
+    pub rest_turn_rate: f64,
     /// Acceleration bias in the world frame, m/s², where it is estimated.
     pub bias: Option<Walk>,
     /// Patch offset in the sensor frame, m, beyond the one given, where it is estimated.
@@ -102,11 +108,36 @@ impl Noise {
             "0 to below 1",
         )?;
         require(positive(self.arm_length_sd), "arm_length_sd_m", self.arm_length_sd, "a positive length in metres")?;
+        require(positive(self.rest_speed), "rest_speed", self.rest_speed, "a positive number of m/s")?;
+        require(zero_or_more(self.rest_accel), "rest_accel", self.rest_accel, "0 m/s² or more")?;
+        require(zero_or_more(self.rest_turn_rate), "rest_turn_rate", self.rest_turn_rate, "0 rad/s or more")?;
         for walk in self.bias.iter().chain(&self.offset) {
             require(zero_or_more(walk.start_sd), "start_sd of bias or offset", walk.start_sd, "0 or more")?;
             require(zero_or_more(walk.density), "density of bias or offset", walk.density, "0 or more")?;
         }
         Ok(())
+    }
+}
+
+impl Default for Noise {
+    /// The paper's values where it gives them, and what `pytracker/methods.py` has; nothing estimated beside.
+    fn default() -> Self {
+        Self {
+            accel_density: 0.1,
+            gap_density: 3.0,
+            hold_s: 0.05,
+            position_start_sd: 0.02,
+            velocity_start_sd: 0.02,
+            walk_density: 0.05,
+            pixel_sd: 4.0,
+            outlier_fraction: 0.0,
+            arm_length_sd: 0.01,
+            rest_speed: 0.01,
+            rest_accel: 0.2,
+            rest_turn_rate: 0.1,
+            bias: None,
+            offset: None,
+        }
     }
 }
 

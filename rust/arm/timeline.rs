@@ -5,6 +5,7 @@
 //! the larger noise `gap_density`; nor how it turns: the orientation stays, and is said to be stale.
 
 use super::motion::Motion;
+use super::rest::Stillness;
 use super::state::{Noise, require_finite};
 use super::tracker::Sample;
 use crate::quaternion::Quaternion;
@@ -26,6 +27,7 @@ pub struct Timeline {
     /// The shortest interval between samples so far, s.
     shortest_s: f64,
     pending: Motion,
+    stillness: Stillness,
 }
 
 /// The sample that holds.
@@ -40,7 +42,13 @@ struct Held {
 impl Timeline {
     /// Before the first sample.
     pub fn new() -> Self {
-        Self { now_s: f64::NEG_INFINITY, held: None, shortest_s: f64::INFINITY, pending: Motion::none() }
+        Self {
+            now_s: f64::NEG_INFINITY,
+            held: None,
+            shortest_s: f64::INFINITY,
+            pending: Motion::none(),
+            stillness: Stillness::new(),
+        }
     }
 
     /// The time reached, s.
@@ -72,6 +80,7 @@ impl Timeline {
         if let Some(held) = self.held {
             self.shortest_s = self.shortest_s.min(time_s - held.time_s);
         }
+        self.stillness.take(sample);
         let world_sensor = sample.world_sensor.normalized();
         // Eq. (4).
         let acceleration = world_sensor.rotate(sample.acceleration) - Vector3::new(0.0, 0.0, GRAVITY);
@@ -116,6 +125,11 @@ impl Timeline {
         self.held.map_or(0.0, |held| (self.now_s - held.time_s - self.hold_s(noise)).max(0.0))
     }
 
+    /// Whether the sensor lies still, as far as is known.
+    pub fn is_rest(&self, noise: &Noise) -> bool {
+        self.stale_s(noise) == 0.0 && self.stillness.is_rest(noise)
+    }
+
     /// Orientation now: the held sample's, advanced by its turn rate, where there is one, for as long as it holds.
     pub fn world_sensor(&self, noise: &Noise) -> Quaternion {
         let Some(held) = self.held else { return Quaternion::identity() };
@@ -152,22 +166,9 @@ impl Default for Timeline {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::arm::state::Noise;
 
     fn noise() -> Noise {
-        Noise {
-            accel_density: 0.1,
-            gap_density: 1.0,
-            hold_s: 0.1,
-            position_start_sd: 0.0,
-            velocity_start_sd: 0.0,
-            walk_density: 0.0,
-            pixel_sd: 1.0,
-            outlier_fraction: 0.0,
-            arm_length_sd: 0.01,
-            bias: None,
-            offset: None,
-        }
+        Noise { gap_density: 1.0, hold_s: 0.1, ..Noise::default() }
     }
 
     fn sample(time_s: f64, x: f64) -> Sample {

@@ -165,6 +165,7 @@ impl ArmTracker {
             last_world_sensor: self.last_world_sensor.unwrap_or(world_sensor),
             world_sensor,
             stale_s: self.timeline.stale_s(&self.noise),
+            is_rest: self.timeline.is_rest(&self.noise),
             sightings: self
                 .views
                 .iter()
