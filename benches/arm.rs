@@ -3,7 +3,7 @@
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
-use pytracker::arm::state::{View, Walk};
+use pytracker::arm::state::{GaussMarkov, View};
 use pytracker::arm::{Arm, ArmTracker, Method, Noise, Sample};
 use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
@@ -15,7 +15,7 @@ fn tracker(layers: &[(Mover, &[Cue])], len: usize, bias: bool) -> ArmTracker {
     let matrix = Matrix3::new(700.0, 0.0, 320.0, 0.0, 700.0, 240.0, 0.0, 0.0, 1.0);
     let rotation = Matrix3::new(-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0);
     let camera = Camera::new(matrix, [0.0; 5], rotation, Vector3::new(0.0, 0.0, 2.3)).expect("a camera");
-    let noise = Noise { bias: bias.then_some(Walk { start_sd: 0.15, density: 0.01 }), ..Noise::default() };
+    let noise = Noise { bias: bias.then_some(GaussMarkov { start_sd: 0.15, density: 0.01 }), ..Noise::default() };
     let arm = Arm {
         shoulder: Vector3::new(0.1, 0.0, 0.25),
         upper_arm_m: 0.30,

@@ -45,7 +45,7 @@ simulate = typer.Typer(help="Write a simulated recording folder, with truth.", n
 app.add_typer(simulate, name="simulate")
 
 DEMO_METHODS: tuple[ArmMethod, ...] = (
-    pt.Joint(particles=5000, bias=True),
+    pt.Joint(),
     pt.Layered(),
     pt.Plain(particles=5000),
     pt.Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15),
@@ -203,10 +203,7 @@ def simulate_arm(
 
 
 def make_method(name: str, particles: int | None, settings: list[str]) -> ArmMethod:
-    """A method from what the command line says. Raises `InputError`.
-
-    `joint` starts from the package's best: 5000 particles, bias and patch offset estimated.
-    """
+    """A method from what the command line says. Raises `InputError`."""
     if name not in METHODS:
         raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(METHODS)}")
     values = _parse(METHODS[name], settings)
@@ -217,8 +214,6 @@ def make_method(name: str, particles: int | None, settings: list[str]) -> ArmMet
         if "particles" in values:
             raise pt.InputError("--particles and --set particles are both given, expected one of them")
         values["particles"] = particles
-    if METHODS[name] is pt.Joint:
-        values = {"particles": 5000, "bias": True, "offset": True} | values
     return METHODS[name](**values)
 
 

@@ -3,6 +3,7 @@
 //! OpenCV's model and axes: `x right, y down, z forward`, distortion `k1 k2 p1 p2 k3`.
 
 use crate::{Error, Result};
+use multiversion::multiversion;
 use nalgebra::{Matrix2x3, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -100,14 +101,7 @@ impl Camera {
         }
         // Without distortion all of eq. (7) is one matrix: straight code that vector instructions can do.
         let (m, s) = (self.matrix * self.rotation, self.matrix * (self.rotation * offset + self.translation));
-        for i in 0..out.len() {
-            let (x, y, z) = (px[i], py[i], pz[i]);
-            let depth = m[(2, 0)] * x + m[(2, 1)] * y + m[(2, 2)] * z + s.z;
-            let inverse = 1.0 / depth;
-            let u = (m[(0, 0)] * x + m[(0, 1)] * y + m[(0, 2)] * z + s.x) * inverse - pixel.x;
-            let v = (m[(1, 0)] * x + m[(1, 1)] * y + m[(1, 2)] * z + s.y) * inverse - pixel.y;
-            out[i] = if depth > 0.0 { u * u + v * v } else { f64::NAN };
-        }
+        squared_distances_linear(&m, &s, [px, py, pz], pixel, out);
     }
 
     /// Pixel and its derivative by the world point, `(2, 3)` px/m.
@@ -160,6 +154,25 @@ fn largest_r2([k1, k2, _, _, k3]: &[f64; 5]) -> f64 {
         .map(|i| FARTHEST_R2 * i as f64 / STEPS as f64)
         .find(|r2| 1.0 + r2 * (3.0 * k1 + r2 * (5.0 * k2 + r2 * 7.0 * k3)) <= 0.0)
         .unwrap_or(f64::INFINITY)
+}
+
+/// Squared distances from `pixel` of what `m p + s` projects to; NaN behind the camera.
+#[multiversion(targets("x86_64+avx2"))]
+fn squared_distances_linear(
+    m: &Matrix3<f64>,
+    s: &Vector3<f64>,
+    [px, py, pz]: [&[f64]; 3],
+    pixel: Vector2<f64>,
+    out: &mut [f64],
+) {
+    for i in 0..out.len() {
+        let (x, y, z) = (px[i], py[i], pz[i]);
+        let depth = m[(2, 0)] * x + m[(2, 1)] * y + m[(2, 2)] * z + s.z;
+        let inverse = 1.0 / depth;
+        let u = (m[(0, 0)] * x + m[(0, 1)] * y + m[(0, 2)] * z + s.x) * inverse - pixel.x;
+        let v = (m[(1, 0)] * x + m[(1, 1)] * y + m[(1, 2)] * z + s.y) * inverse - pixel.y;
+        out[i] = if depth > 0.0 { u * u + v * v } else { f64::NAN };
+    }
 }
 
 #[cfg(test)]

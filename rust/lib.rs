@@ -36,6 +36,7 @@ pub mod particles;
 pub mod quaternion;
 pub mod resample;
 pub mod rng;
+mod sums;
 
 #[cfg(feature = "python")]
 mod python;

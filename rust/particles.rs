@@ -7,7 +7,9 @@
 
 use crate::resample::{Ancestors, Scheme};
 use crate::rng::{BLOCK, Streams};
+use crate::sums::{dot, sum};
 use crate::{Result, error::require};
+use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -224,26 +226,23 @@ impl ParticleSet {
         assert_eq!(log_likelihood.len(), self.len, "one value a particle");
         let largest = self.largest_sum(log_likelihood)?;
         let work = |((weights, logs), likelihood): ((&mut [f64], &mut [f64]), &[f64])| {
-            for ((w, log), l) in weights.iter_mut().zip(logs).zip(likelihood) {
-                *log += l - largest;
-                *w = exp(*log);
-            }
-            weights.iter().sum::<f64>()
+            weigh(weights, logs, likelihood, largest);
+            sum(weights)
         };
         let scaled = |scale: f64| move |weights: &mut [f64]| weights.iter_mut().for_each(|w| *w *= scale);
-        let sum: f64;
+        let total: f64;
         if self.is_parallel() {
             let blocks = self.weights.par_chunks_mut(BLOCK).zip(self.log_weights.par_chunks_mut(BLOCK));
             let sums: Vec<f64> = blocks.zip(log_likelihood.par_chunks(BLOCK)).map(work).collect();
-            sum = sums.iter().sum();
-            self.weights.par_chunks_mut(BLOCK).for_each(scaled(1.0 / sum));
+            total = sums.iter().sum();
+            self.weights.par_chunks_mut(BLOCK).for_each(scaled(1.0 / total));
         } else {
             let blocks = self.weights.chunks_mut(BLOCK).zip(self.log_weights.chunks_mut(BLOCK));
-            sum = blocks.zip(log_likelihood.chunks(BLOCK)).map(work).sum();
-            self.weights.chunks_mut(BLOCK).for_each(scaled(1.0 / sum));
+            total = blocks.zip(log_likelihood.chunks(BLOCK)).map(work).sum();
+            self.weights.chunks_mut(BLOCK).for_each(scaled(1.0 / total));
         }
-        let evidence = largest + sum.ln() - self.log_sum;
-        self.log_sum = sum.ln();
+        let evidence = largest + total.ln() - self.log_sum;
+        self.log_sum = total.ln();
         Some(evidence)
     }
 
@@ -270,7 +269,7 @@ impl ParticleSet {
 
     /// Effective sample size, `1 / sum(w²)`: between 1 and `N`.
     pub fn ess(&self) -> f64 {
-        1.0 / self.weights.chunks(BLOCK).map(|w| w.iter().map(|x| x * x).sum::<f64>()).sum::<f64>()
+        1.0 / dot(&self.weights, &self.weights)
     }
 
     /// Draw the next generation in proportion to the weights; afterwards all weigh the same.
@@ -327,6 +326,15 @@ impl ParticleSet {
     }
 }
 
+/// Add the log-likelihoods, less the largest sum, and take the exponential.
+#[multiversion(targets("x86_64+avx2"))]
+fn weigh(weights: &mut [f64], logs: &mut [f64], likelihood: &[f64], largest: f64) {
+    for ((w, log), l) in weights.iter_mut().zip(logs).zip(likelihood) {
+        *log += l - largest;
+        *w = exp(*log);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -374,6 +382,21 @@ mod tests {
         // Very small likelihoods do not underflow.
         let evidence = set.reweigh(&[-5000.0; 4]).unwrap();
         assert!((evidence + 5000.0).abs() < 1e-9);
+    }
+
+    /// What the processor at hand runs and what every processor could run give the same bits.
+    #[test]
+    fn wider_vectors_change_no_bit() {
+        let mut set = ramp(700);
+        let likelihood: Vec<f64> = (0..700).map(|i| -0.01 * f64::from(i) * f64::from(i % 13)).collect();
+        set.reweigh(&likelihood).unwrap();
+        let plain: Vec<f64> = likelihood.iter().map(|l| exp(*l)).collect();
+        let total: f64 = plain.chunks(BLOCK).map(sum).sum();
+        assert!(set.weights.iter().zip(&plain).all(|(w, p)| *w == p * (1.0 / total)));
+        let (mean, _) = set.moments();
+        let (x, w) = (set.blocks().map(|b| b.column(0).to_vec()).collect::<Vec<_>>(), set.weights.chunks(BLOCK));
+        let plain: f64 = x.iter().zip(w).map(|(x, w)| dot(x, w)).sum();
+        assert_eq!(mean[0], plain);
     }
 
     #[test]

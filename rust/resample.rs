@@ -7,17 +7,18 @@
 //! Douc, Cappé & Moulines, "Comparison of resampling schemes for particle filtering", ISPA 2005.
 
 use crate::rng::Stream;
+use crate::sums::{sum, sum_of};
 use crate::{Error, Result};
-use rand::RngExt;
+use rand::{RngExt, SeedableRng};
 use rand_distr::Exp1;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Particles that are walked over together, by one thread.
-const GROUP: usize = 8192;
+const GROUP: usize = 2048;
 
 /// Up to this many groups, sharing them between threads costs more than it saves.
-const SERIAL_GROUPS: usize = 4;
+const SERIAL_GROUPS: usize = 16;
 
 /// How the next generation is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -108,43 +109,32 @@ fn independent(
     let places = n as f64;
     let Ancestors { indices, points } = ancestors;
     let left_by = |weights: &[f64]| {
-        let (mut copied, mut remainder) = (0.0, 0.0);
-        for weight in weights {
-            let expected = weight * places;
-            copied += copies(expected);
-            remainder += expected - copies(expected);
-        }
-        (copied, remainder)
+        let copied = sum_of(weights, |weight| copies(weight * places));
+        (copied, sum(weights) * places - copied)
     };
     let is_parallel = weights.len() > SERIAL_GROUPS * GROUP;
-    let sums: Vec<(f64, f64)> = if is_parallel {
+    let groups: Vec<(f64, f64)> = if is_parallel {
         weights.par_chunks(GROUP).map(left_by).collect()
     } else {
         weights.chunks(GROUP).map(left_by).collect()
     };
-    let (copied, remainder) = sums.iter().fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
-    points.clear();
-    let mut sum = 0.0;
+    let (copied, remainder) = groups.iter().fold((0.0, 0.0), |(c, r), group| (c + group.0, r + group.1));
     // Weights that sum to a rounding above one must not give more copies than there are places: `as` stops at 0.
-    points.extend((0..(places - copied) as usize).map(|_| {
-        let gap: f64 = rng.sample(Exp1);
-        sum += gap;
-        sum
-    }));
+    let total = spacings((places - copied) as usize, rng, points, is_parallel);
     // The walk is in the unit of the points, not the other way round: one product instead of one a draw.
-    let scale = (sum + rng.sample::<f64, _>(Exp1)) / remainder;
+    let scale = total / remainder;
     indices.resize(n, 0);
-    let mut groups = Vec::with_capacity(sums.len());
+    let mut walks = Vec::with_capacity(groups.len());
     let (mut before, mut rest) = (Walk { first: 0, next: 0, passed: 0.0 }, &mut indices[..]);
     let mut copied = 0.0;
-    for (g, sum) in sums.iter().enumerate() {
-        copied += sum.0;
-        let passed = before.passed + sum.1 * scale;
-        let is_last = g + 1 == sums.len();
+    for (g, group) in groups.iter().enumerate() {
+        copied += group.0;
+        let passed = before.passed + group.1 * scale;
+        let is_last = g + 1 == groups.len();
         let next = if is_last { points.len() } else { points.partition_point(|point| *point < passed) };
         let end = if is_last { n } else { (copied as usize + next).min(n) };
         let (here, after) = rest.split_at_mut(end - (n - rest.len()));
-        groups.push((before, here));
+        walks.push((before, here));
         (before, rest) = (Walk { first: (g + 1) * GROUP, next, passed }, after);
     }
     points.push(f64::INFINITY);
@@ -152,10 +142,38 @@ fn independent(
         start.walk(weights, places, scale, &copies, points, out);
     };
     if is_parallel {
-        groups.into_par_iter().zip(weights.par_chunks(GROUP)).for_each(work);
+        walks.into_par_iter().zip(weights.par_chunks(GROUP)).for_each(work);
     } else {
-        groups.into_iter().zip(weights.chunks(GROUP)).for_each(work);
+        walks.into_iter().zip(weights.chunks(GROUP)).for_each(work);
     }
+}
+
+/// `draws` points in ascending order, as sums of exponentials; returns the sum that one more gives.
+///
+/// Each group of [`GROUP`] draws has a stream of its own, so that threads may share them.
+fn spacings(draws: usize, rng: &mut Stream, points: &mut Vec<f64>, is_parallel: bool) -> f64 {
+    points.resize(draws + 1, 0.0);
+    let fill = |(points, mut own): (&mut [f64], Stream)| {
+        let mut sum = 0.0;
+        for point in points {
+            sum += own.sample::<f64, _>(Exp1);
+            *point = sum;
+        }
+    };
+    let streams: Vec<Stream> = (0..points.len().div_ceil(GROUP)).map(|_| Stream::seed_from_u64(rng.random())).collect();
+    if is_parallel {
+        points.par_chunks_mut(GROUP).zip(streams).for_each(fill);
+    } else {
+        points.chunks_mut(GROUP).zip(streams).for_each(fill);
+    }
+    let mut before = 0.0;
+    for points in points.chunks_mut(GROUP) {
+        for point in &mut *points {
+            *point += before;
+        }
+        before = points.last().copied().unwrap_or(before);
+    }
+    points.pop().unwrap_or(before)
 }
 
 /// Where a group of particles starts.
@@ -227,7 +245,6 @@ fn last_positive(weights: &[f64]) -> usize {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use rand::SeedableRng;
 
     const ALL: [Scheme; 4] = [Scheme::Multinomial, Scheme::Stratified, Scheme::Systematic, Scheme::Residual];
 

@@ -5,7 +5,7 @@ use pytracker::Error;
 use pytracker::arm::ekf::Correction;
 use pytracker::arm::motion::{InertialMotion, Motion, RandomWalk};
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
-use pytracker::arm::state::{Layout, View, Walk};
+use pytracker::arm::state::{GaussMarkov, Layout, View};
 use pytracker::arm::{Arm, ArmTracker, Estimate, Method, Noise, Sample};
 use pytracker::camera::Camera;
 use pytracker::filter::{History, Resampling, Transition};
@@ -24,7 +24,7 @@ fn noise() -> Noise {
 }
 
 fn with_bias() -> Noise {
-    Noise { bias: Some(Walk { start_sd: 0.1, density: 0.01 }), ..noise() }
+    Noise { bias: Some(GaussMarkov { start_sd: 0.1, density: 0.01 }), ..noise() }
 }
 
 /// Two metres off along +y, looking back along -y.

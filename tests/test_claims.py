@@ -19,7 +19,7 @@ from pytracker.recording import triple
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import look_at
 
-BEST = pt.Joint(particles=5000, bias=True)
+BEST = pt.Joint(offset=False)
 
 
 @dataclass
@@ -112,7 +112,7 @@ def test_arm_circle_patch(arm_circle: tuple[pt.Recording, pt.Sightings]) -> None
     ("method", "limit", "coverage"),
     [
         (pt.Layered(particles=500), 0.10, 0.0),
-        (pt.Joint(particles=5000, bias=True, offset=True), 0.05, 0.80),
+        (pt.Joint(), 0.05, 0.80),
     ],
     ids=["layered", "joint"],
 )

@@ -7,7 +7,7 @@
 //!
 //! Eq. (6) prints the noise as `(T³/6, T²) f`, where integration would give `(T³/6, T²/2)`; kept as printed.
 
-use super::state::{Layout, Noise, POSITION, VELOCITY, Walk};
+use super::state::{GaussMarkov, Layout, Noise, POSITION, VELOCITY};
 use crate::filter::Transition;
 use crate::particles::BlockMut;
 use crate::rng::{BLOCK, Stream};
@@ -39,15 +39,16 @@ impl Motion {
     /// Append `dt` seconds under the world acceleration of one sample (eq. 6), m/s².
     ///
     /// `density` is the process noise (see [`Noise::accel_density`]), `bias` how the acceleration bias walks.
-    pub fn append(&mut self, dt: f64, acceleration: Vector3<f64>, density: f64, bias: Option<Walk>) {
-        let step = Matrix3::new(1.0, dt, -0.5 * dt * dt, 0.0, 1.0, -dt, 0.0, 0.0, 1.0);
+    pub fn append(&mut self, dt: f64, acceleration: Vector3<f64>, density: f64, bias: Option<GaussMarkov>) {
+        let (kept, gained) = bias.map_or((1.0, 0.0), |bias| bias.step(dt));
+        let step = Matrix3::new(1.0, dt, -0.5 * dt * dt, 0.0, 1.0, -dt, 0.0, 0.0, kept);
         let gain = Vector3::new(0.5 * dt * dt, dt, 0.0);
         // sigma_f = density / T^1.5 in front of (T³/6, T²).
         let reach = Vector3::new(dt * dt * dt / 6.0, dt * dt, 0.0) * (density / dt.powf(1.5));
         self.transition = step * self.transition;
         self.input = step * self.input + gain * acceleration.transpose();
         self.noise = step * self.noise * step.transpose() + reach * reach.transpose();
-        self.noise[(2, 2)] += bias.map_or(0.0, |b| b.density * b.density * dt);
+        self.noise[(2, 2)] += gained;
         self.elapsed_s += dt;
     }
 
@@ -70,20 +71,21 @@ impl Motion {
     }
 }
 
-/// [`Motion`] on the columns of a state, with the walk of the patch offset.
+/// [`Motion`] on the columns of a state, with what the patch offset does.
 #[derive(Debug, Clone)]
 pub struct InertialMotion {
     motion: Motion,
     factor: Matrix3<f64>,
     layout: Layout,
+    offset_kept: f64,
     offset_sd: f64,
 }
 
 impl InertialMotion {
     /// Of the motion since the last frame.
     pub fn new(motion: Motion, layout: Layout, noise: &Noise) -> Self {
-        let offset_sd = noise.offset.map_or(0.0, |o| o.density * motion.elapsed_s.sqrt());
-        Self { factor: motion.factor(), motion, layout, offset_sd }
+        let (offset_kept, gained) = noise.offset.map_or((1.0, 0.0), |offset| offset.step(motion.elapsed_s));
+        Self { factor: motion.factor(), motion, layout, offset_kept, offset_sd: gained.sqrt() }
     }
 
     /// As matrices over the whole state: transition `(D, D)`, input `(D,)`, noise `(D, D)`.
@@ -101,6 +103,7 @@ impl InertialMotion {
                 }
             }
             if let Some(offset) = self.layout.offset {
+                transition[(offset + axis, offset + axis)] = self.offset_kept;
                 noise[(offset + axis, offset + axis)] = self.offset_sd * self.offset_sd;
             }
         }
@@ -121,6 +124,7 @@ impl InertialMotion {
                 for i in 0..p.len() {
                     p[i] += a[(0, 1)] * v[i] + a[(0, 2)] * b[i] + u[(0, axis)];
                     v[i] += a[(1, 2)] * b[i] + u[(1, axis)];
+                    b[i] *= a[(2, 2)];
                 }
             } else {
                 let [p, v] = block.columns_mut([POSITION + axis, VELOCITY + axis]);
@@ -128,6 +132,9 @@ impl InertialMotion {
                     p[i] += a[(0, 1)] * v[i] + u[(0, axis)];
                     v[i] += u[(1, axis)];
                 }
+            }
+            if let Some(offset) = self.layout.offset {
+                block.column_mut(offset + axis).iter_mut().for_each(|x| *x *= self.offset_kept);
             }
         }
     }

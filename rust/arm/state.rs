@@ -44,9 +44,10 @@ impl Arm {
     }
 }
 
-/// A quantity of the state that is unknown at first and then walks slowly.
+/// A quantity of the state that is unknown at first and then walks slowly, drawn back towards zero so that it never
+/// becomes less certain than it was at first: a Gauss-Markov process of first order.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Walk {
+pub struct GaussMarkov {
     /// Standard deviation per axis at the start.
     pub start_sd: f64,
     /// Standard deviation per axis gained per √s.
@@ -81,9 +82,9 @@ pub struct Noise {
     /// The sensor turns by less at rest, rad/s RMS over all axes.
     pub rest_turn_rate: f64,
     /// Acceleration bias in the world frame, m/s², where it is estimated.
-    pub bias: Option<Walk>,
+    pub bias: Option<GaussMarkov>,
     /// Patch offset in the sensor frame, m, beyond the one given, where it is estimated.
-    pub offset: Option<Walk>,
+    pub offset: Option<GaussMarkov>,
 }
 
 impl Noise {
@@ -148,6 +149,16 @@ pub struct View {
     pub camera: Camera,
     /// Patch centre in the sensor frame, m; zero is the wrist joint itself (paper II-A).
     pub patch_offset: Vector3<f64>,
+}
+
+impl GaussMarkov {
+    /// Over `dt` seconds: the factor that is kept, and the variance gained.
+    pub fn step(&self, dt: f64) -> (f64, f64) {
+        let (variance, gained) = (self.start_sd * self.start_sd, self.density * self.density * dt);
+        // As much is forgotten as keeps the variance at what it was at the start.
+        let forgotten = if gained > 0.0 { (-gained / variance).exp_m1() } else { 0.0 };
+        ((0.5 * (forgotten).ln_1p()).exp(), -variance * forgotten)
+    }
 }
 
 /// Which columns the state has: position 0..3, velocity 3..6, then what is estimated beside them.

@@ -2,6 +2,7 @@
 
 /// `e^x` for `x <= 0` within two units in the last place, in straight code that vector instructions can do:
 /// `x = k ln 2 + r`, a polynomial for `e^r`, and `k` added to the exponent (Cody & Waite 1980).
+#[inline(always)]
 pub(super) fn exp(x: f64) -> f64 {
     const WHOLE: f64 = 6_755_399_441_055_744.0; // 1.5 * 2^52: adding it leaves the nearest whole number
     const LN2_HIGH: f64 = 6.931_471_803_691_238e-1;

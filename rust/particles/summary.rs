@@ -2,6 +2,8 @@
 
 use super::{Block, ParticleSet};
 use crate::rng::BLOCK;
+use crate::sums::dot;
+use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector, SMatrix, SVector};
 use rayon::prelude::*;
 
@@ -49,28 +51,17 @@ pub struct Summary<const K: usize> {
 pub(super) fn summarise<const K: usize>(set: &ParticleSet) -> Summary<K> {
     let (mean, covariance) = moments(set);
     let band = |d: usize| interval(set, d, mean[d], covariance[(d, d)].max(0.0).sqrt());
-    let bands = if set.is_parallel() {
-        let bands: Vec<Interval> = (0..K).into_par_iter().map(band).collect();
-        std::array::from_fn(|d| bands[d])
-    } else {
-        std::array::from_fn(band)
-    };
     let centre = SVector::<f64, K>::from_fn(|d, _| mean[d]);
     let scatter = SMatrix::<f64, K, K>::from_fn(|r, c| covariance[(r, c)]);
-    Summary { mode: mode(set, &centre, &scatter), mean, covariance, bands }
-}
-
-/// Sum of `a * b` in four interleaved parts: a fixed order that vector instructions can follow.
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut parts = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let tail: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a4.zip(b4) {
-        for k in 0..4 {
-            parts[k] += x[k] * y[k];
-        }
-    }
-    (parts[0] + parts[1]) + (parts[2] + parts[3]) + tail
+    let densest = || mode(set, &centre, &scatter);
+    let (bands, mode) = if set.is_parallel() {
+        let all = || (0..K).into_par_iter().map(band).collect::<Vec<Interval>>();
+        let (bands, mode) = rayon::join(all, densest);
+        (std::array::from_fn(|d| bands[d]), mode)
+    } else {
+        (std::array::from_fn(band), densest())
+    };
+    Summary { mean, covariance, bands, mode }
 }
 
 /// One pass: first and second moments about the first particle, which lies inside the cloud, so that nothing
@@ -107,6 +98,7 @@ pub(super) fn moments(set: &ParticleSet) -> (DVector<f64>, DMatrix<f64>) {
 }
 
 /// Add what one block holds: `w (x - about)` to `first`, its lower triangle of products to `second`.
+#[multiversion(targets("x86_64+avx2"))]
 fn add_moments(
     block: Block<'_>,
     w: &[f64],

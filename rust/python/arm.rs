@@ -4,7 +4,7 @@ use super::estimate::{Estimate, table};
 use super::{rows, same_length};
 use crate::arm::ekf::Correction;
 use crate::arm::particle::{ArmLayer, Cue, Mover};
-use crate::arm::state::{View, Walk};
+use crate::arm::state::{GaussMarkov, View};
 use crate::arm::{self, Arm, Method, Noise, Sample};
 use crate::camera::Camera;
 use crate::filter::Resampling;
@@ -100,7 +100,7 @@ impl TryFrom<CameraArgument> for View {
 
 impl From<NoiseArgument> for Noise {
     fn from(noise: NoiseArgument) -> Self {
-        let walk = |wanted: bool, start_sd, density| wanted.then_some(Walk { start_sd, density });
+        let walk = |wanted: bool, start_sd, density| wanted.then_some(GaussMarkov { start_sd, density });
         Self {
             accel_density: noise.accel_density,
             gap_density: noise.gap_density,
