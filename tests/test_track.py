@@ -82,8 +82,11 @@ def test_copies_and_pickles_go_on_where_they_stand(simulation: pt.ArmSimulation)
     assert tracker.particles.shape == (200, 6)
 
 
-def test_hidden_patch_widens_the_band_and_has_a_reason(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
-    track = pt.track(simulation.recording(), pt.Joint(particles=2000), 1, sightings=sightings)
+@pytest.mark.parametrize("method", [pt.Ekf(), pt.Plain(particles=5000)], ids=["ekf", "plain"])
+def test_hidden_patch_widens_the_band_and_has_a_reason(
+    simulation: pt.ArmSimulation, sightings: pt.Sightings, method: ArmMethod
+) -> None:
+    track = pt.track(simulation.recording(), method, 1, sightings=sightings)
     hidden = ~sightings.valid
     assert hidden.sum() == 5
     assert [bool(words) for words in track.reason] == hidden.tolist()
