@@ -7,29 +7,72 @@
 
 Conventions: SI units (metres, seconds, radians, m/s²), pixels as (u right, v down) with pixel centres at integers.
 Quaternions are Hamilton, w first, named for what they do: `q_world_sensor` takes sensor vectors to the world.
-World: right-handed, z up. Camera: OpenCV's (x right, y down, z forward), `R|t` maps world to camera. Arrays are
+World: right-handed, z up for the arm; for the body the Acclaim file's own frame, y up, metres. Camera: OpenCV's (x right, y down, z forward), `R|t` maps world to camera. Arrays are
 `(T, 3)`, `(N, D)`: a row is a sample. An accelerometer at rest, z up, reads +9.81. Units are in the name where a bare
 number crosses a border (`forearm_m`, `rate_hz`). The same seed gives the same bits, for any number of threads.
 """
 
 from __future__ import annotations
 
-from pytracker._core import ArmTracker, Estimate, InputError, TrackingError, __version__, resample
+from pytracker._core import (
+    KEY_JOINTS,
+    ArmTracker,
+    BodyEstimate,
+    BodyTracker,
+    Estimate,
+    InputError,
+    TrackingError,
+    __version__,
+    resample,
+)
+from pytracker.average_skeleton import average_skeleton
+from pytracker.body_methods import Annealed, BodyPlain, Partitioned
 from pytracker.evaluate import JointScores, Scores, evaluate
 from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
 from pytracker.evidence.sightings import Sightings, sight
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters, median_background
+from pytracker.formats.amc import Motion, read_amc, write_amc
+from pytracker.formats.asf import read_asf
+from pytracker.joint_track import JointTrack, Track
 from pytracker.load import load
 from pytracker.methods import Ekf, Inertial, Joint, Layered, LayeredFromConstraint, Plain
-from pytracker.recording import Arm, Camera, Imu, Recording, Truth, View
+from pytracker.projection import fit_weak_perspective
+from pytracker.recording import (
+    Arm,
+    ArmRecording,
+    BodyRecording,
+    BodyView,
+    Camera,
+    Imu,
+    ProjectionFit,
+    Recording,
+    Truth,
+    View,
+    WeakPerspective,
+)
 from pytracker.report import write_report
 from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm
-from pytracker.track import JointTrack, Track, track
+from pytracker.skeleton import UPPER_BODY, Bone, Part, Skeleton
+from pytracker.track import track
+from pytracker.track_arm import ArmTrack
+from pytracker.track_body import BodyTrack, make_tracker, silhouette_of
 
 __all__ = [
+    "Annealed",
     "Arm",
+    "ArmRecording",
     "ArmScene",
     "ArmSimulation",
+    "ArmTrack",
     "ArmTracker",
+    "BodyEstimate",
+    "BodyEvidence",
+    "BodyPlain",
+    "BodyRecording",
+    "BodyTrack",
+    "BodyTracker",
+    "BodyView",
+    "Bone",
     "Camera",
     "CamshiftParameters",
     "Ekf",
@@ -40,26 +83,44 @@ __all__ = [
     "Joint",
     "JointScores",
     "JointTrack",
+    "KEY_JOINTS",
     "Layered",
     "LayeredFromConstraint",
+    "Motion",
+    "Part",
+    "Partitioned",
     "PatchSighting",
     "PatchTrack",
     "PatchTracker",
     "Plain",
+    "ProjectionFit",
     "Recording",
     "Scores",
     "Sightings",
+    "Silhouette",
+    "SilhouetteParameters",
+    "Skeleton",
     "Track",
     "TrackingError",
     "Truth",
+    "UPPER_BODY",
     "View",
+    "WeakPerspective",
     "__version__",
+    "average_skeleton",
     "evaluate",
+    "fit_weak_perspective",
     "load",
+    "make_tracker",
+    "median_background",
+    "read_amc",
+    "read_asf",
     "resample",
     "sight",
+    "silhouette_of",
     "simulate_arm",
     "track",
     "track_patch",
+    "write_amc",
     "write_report",
 ]

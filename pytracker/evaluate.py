@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.recording import Triple, triple
+from pytracker.rotation import Triple, triple
 
 if TYPE_CHECKING:
-    from pytracker.recording import Array, Truth
-    from pytracker.track import JointTrack
+    from pytracker.recording import Truth
+    from pytracker.rotation import Array
+    from pytracker.joint_track import JointTrack
 
 __all__ = ["JointScores", "Scores", "evaluate"]
 

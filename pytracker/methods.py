@@ -13,7 +13,17 @@ from typing import Any, ClassVar
 
 from pytracker._core import InputError
 
-__all__ = ["METHODS", "ArmMethod", "Ekf", "Inertial", "Joint", "Layered", "LayeredFromConstraint", "Plain"]
+__all__ = [
+    "METHODS",
+    "ArmMethod",
+    "Ekf",
+    "Inertial",
+    "Joint",
+    "Layered",
+    "LayeredFromConstraint",
+    "Method",
+    "Plain",
+]
 
 Layers = tuple[tuple[str, tuple[str, ...]], ...]
 
@@ -29,11 +39,13 @@ def _unlike(value: Any, default: Any) -> str:
     if isinstance(default, str):
         return "" if isinstance(value, str) else "a word"
     if default and isinstance(default[0], tuple):
-        ok = isinstance(value, tuple | list) and all(
-            isinstance(layer, tuple | list) and len(layer) == 2 and isinstance(layer[0], str) and _is_words(layer[1])
+        alike = isinstance(value, tuple | list) and all(
+            isinstance(layer, tuple | list)
+            and len(layer) == len(default[0])
+            and not any(_unlike(part, like) for part, like in zip(layer, default[0], strict=True))
             for layer in value
         )
-        return "" if ok else 'layers such as (("inertial", ("colour",)),)'
+        return "" if alike else f"layers such as {default!r}"
     return "" if _is_words(value) else 'words such as ("colour", "arm_length")'
 
 
@@ -48,7 +60,31 @@ def _is_words(value: Any) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ArmMethod:
+class Method:
+    """What all methods share: a kind of recording, a name, parameters of the right kind."""
+
+    kind: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Check that every number is one; ranges are checked where they are used, once."""
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            expected = _unlike(value, field.default)
+            if expected:
+                raise InputError(f"{type(self).__name__}.{field.name} is {value!r}, expected {expected}")
+
+    @property
+    def name(self) -> str:
+        """The name that the command line knows it by."""
+        return type(self).__name__.lower()
+
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter by name."""
+        return dataclasses.asdict(self)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmMethod(Method):
     """What every arm method assumes about motion and measurement. Raises `InputError` when out of range.
 
     Attributes:
@@ -93,23 +129,6 @@ class ArmMethod:
     offset_density: float = 0.005
 
     kind: ClassVar[str] = "arm"
-
-    def __post_init__(self) -> None:
-        """Check that every number is one; ranges are checked where they are used, once."""
-        for field in dataclasses.fields(self):
-            value = getattr(self, field.name)
-            expected = _unlike(value, field.default)
-            if expected:
-                raise InputError(f"{type(self).__name__}.{field.name} is {value!r}, expected {expected}")
-
-    @property
-    def name(self) -> str:
-        """The name that the command line knows it by."""
-        return type(self).__name__.lower()
-
-    def parameters(self) -> dict[str, Any]:
-        """Every parameter by name."""
-        return dataclasses.asdict(self)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,21 +7,26 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-__all__ = ["Arm", "Camera", "Imu", "Recording", "Truth", "View"]
+from pytracker.rotation import Array, Matrix, Triple
+from pytracker.skeleton import Skeleton
 
-Array = NDArray[np.float64]
-Triple = tuple[float, float, float]
-Matrix = tuple[Triple, Triple, Triple]
-
-
-def triple(v: Array) -> Triple:
-    """`(3,)` as plain numbers."""
-    return float(v[0]), float(v[1]), float(v[2])
-
+__all__ = [
+    "Arm",
+    "ArmRecording",
+    "BodyRecording",
+    "BodyView",
+    "Camera",
+    "Imu",
+    "ProjectionFit",
+    "Recording",
+    "Truth",
+    "View",
+    "WeakPerspective",
+]
 
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -76,6 +81,11 @@ class Camera:
         homogeneous = np.stack([xd, yd, np.ones_like(xd)], axis=1) @ np.array(self.matrix).T
         homogeneous[p[:, 2] <= 0] = np.nan
         return np.ascontiguousarray(homogeneous[:, :2])
+
+    def px_per_m(self, points: Array) -> Array:
+        """Pixels per metre across the viewing direction at world points `(T, 3)`, `(T,)`."""
+        depth = points @ np.array(self.rotation)[2] + self.translation_m[2]
+        return np.asarray(0.5 * (self.matrix[0][0] + self.matrix[1][1]) / depth)
 
     def ray(self, pixel: Array) -> Array:
         """Unit vector in the world, `(3,)`, from the camera through a pixel `(2,)`."""
@@ -165,25 +175,121 @@ class Truth:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Recording:
-    """Everything that a folder holds.
+class ProjectionFit:
+    """How well a weak-perspective matrix fits point pairs; Li & Kulić Table II. One row for u, one for v.
 
     Attributes:
-        kind: `arm`.
-        views: cameras with their videos.
-        imus: inertial sensors.
-        arm: the subject's arm.
+        matrix: px per metre along x, y, z, and px `(2, 4)`; columns that were not fitted are zero.
+        low: lower 95 % bound of every coefficient `(2, 4)`.
+        high: upper bound.
+        sse: sum of squared residuals, px² `(2,)`.
+        r2: coefficient of determination `(2,)`.
+        adjusted_r2: the same for the number of coefficients `(2,)`.
+        rmse: sqrt(sse / (n - coefficients)), px `(2,)`.
+        points_m: the world points `(n, 3)`.
+        pixels: the image points `(n, 2)`.
+    """
+
+    matrix: Array
+    low: Array
+    high: Array
+    sse: Array
+    r2: Array
+    adjusted_r2: Array
+    rmse: Array
+    points_m: Array
+    pixels: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class WeakPerspective:
+    """A camera far away: Li & Kulić eq. (3).
+
+    Attributes:
+        affine: rows u and v: px per metre along x, y, z, and px.
+    """
+
+    affine: tuple[tuple[float, float, float, float], tuple[float, float, float, float]]
+
+    def project(self, points: Array) -> Array:
+        """Pixels `(T, 2)` of world points `(T, 3)`."""
+        rows = np.array(self.affine)
+        return np.asarray(points @ rows[:, :3].T + rows[:, 3])
+
+    def px_per_m(self, points: Array) -> Array:
+        """Pixels per metre at world points `(T, 3)`: the same everywhere, `(T,)`."""
+        return np.full(len(points), float(np.linalg.norm(np.array(self.affine)[:, :3], axis=1).mean()))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyView:
+    """A camera that sees a body, and its video.
+
+    Attributes:
+        camera: weak perspective or a calibrated pinhole.
+        video: the file.
+        start_s: recording time of the first frame, s.
+        background: an image without the person; None: the median over the video.
+        fit: where the camera was fitted to point pairs.
+    """
+
+    camera: WeakPerspective | Camera
+    video: Path
+    start_s: float = 0.0
+    background: Path | None = None
+    fit: ProjectionFit | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """What every folder holds.
+
+    Attributes:
         truth: measured joints, where there are any.
         folder: where it was read from.
         files: every file that was read.
         warnings: what is odd but usable, in words.
     """
 
-    kind: str
-    views: tuple[View, ...]
-    imus: tuple[Imu, ...]
-    arm: Arm
     truth: Truth | None = None
     folder: Path | None = None
     files: tuple[Path, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    kind: ClassVar[str]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ArmRecording(Recording):
+    """An arm: cameras that follow a patch, an IMU on the wrist.
+
+    Attributes:
+        views: cameras with their videos.
+        imus: inertial sensors.
+        arm: the subject's arm.
+    """
+
+    views: tuple[View, ...]
+    imus: tuple[Imu, ...]
+    arm: Arm
+
+    kind: ClassVar[str] = "arm"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyRecording(Recording):
+    """A body: a camera and a skeleton.
+
+    Attributes:
+        view: the camera with its video.
+        skeleton: the subject's skeleton.
+        initial: the pose at the first frame `(C,)`, m and rad.
+        poses: the true poses, where there are any `(T, C)`, at the truth's times.
+    """
+
+    view: BodyView
+    skeleton: Skeleton
+    initial: Array
+    poses: Array | None = None
+
+    kind: ClassVar[str] = "body"

@@ -6,8 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Triple = tuple[float, float, float]
+Matrix = tuple[Triple, Triple, Triple]
 
 __all__ = [
+    "Array",
+    "Matrix",
+    "Triple",
     "axes_to_quaternion",
     "conjugate",
     "euler_to_quaternion",
@@ -15,7 +20,13 @@ __all__ = [
     "multiply",
     "rotate",
     "rotation_vector_to_quaternion",
+    "triple",
 ]
+
+
+def triple(v: Array) -> Triple:
+    """`(3,)` as plain numbers."""
+    return float(v[0]), float(v[1]), float(v[2])
 
 
 def multiply(a: Array, b: Array) -> Array:

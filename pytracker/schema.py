@@ -16,7 +16,19 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["ArmEntry", "CameraEntry", "ImuEntry", "RecordingFile", "TruthEntry", "read_recording_file"]
+__all__ = [
+    "ArmEntry",
+    "ArmFile",
+    "BodyCameraEntry",
+    "BodyFile",
+    "BodyTruthEntry",
+    "CameraEntry",
+    "ImuEntry",
+    "InitialEntry",
+    "SkeletonEntry",
+    "TruthEntry",
+    "read_recording_file",
+]
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
@@ -78,8 +90,55 @@ class TruthEntry(_Entry):
     offset_s: Finite = 0.0
 
 
-class RecordingFile(_Entry):
-    """The whole file."""
+class BodyCameraEntry(_Entry):
+    """`[[camera]]` of a body: a video, and a pinhole, a weak-perspective matrix, or point pairs to fit one from."""
+
+    video: str
+    start_s: Finite = 0.0
+    background: str | None = None
+    points: str | None = None
+    affine: tuple[tuple[Finite, ...], tuple[Finite, ...]] | None = None
+    matrix: Matrix | None = None
+    distortion: tuple[Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    rotation: Matrix | None = None
+    translation_m: Triple | None = None
+
+
+class SkeletonEntry(_Entry):
+    """`[skeleton]`: the subject's Acclaim skeleton, or the package's own average one, scaled."""
+
+    file: str | None = None
+    height_m: Annotated[float, Field(strict=True, ge=0.5, le=2.5)] | None = None
+
+
+class InitialEntry(_Entry):
+    """`[initial]`: the pose at the first frame: angles by file, or the truth's own at one of its frames."""
+
+    angles: str | None = None
+    frame: Annotated[int, Field(strict=True, ge=0)] | None = None
+
+
+class BodyTruthEntry(_Entry):
+    """`[truth]` of a body: an AMC motion on the same skeleton."""
+
+    file: str
+    rate_hz: Positive
+    offset_s: Finite = 0.0
+
+
+class BodyFile(_Entry):
+    """The whole file of a body."""
+
+    schema_: Annotated[Literal[1], Field(alias="schema")]
+    kind: Literal["body"]
+    camera: Annotated[tuple[BodyCameraEntry, ...], Field(min_length=1, max_length=1)]
+    skeleton: SkeletonEntry
+    initial: InitialEntry | None = None
+    truth: BodyTruthEntry | None = None
+
+
+class ArmFile(_Entry):
+    """The whole file of an arm."""
 
     schema_: Annotated[Literal[1], Field(alias="schema")]
     kind: Literal["arm"]
@@ -89,7 +148,7 @@ class RecordingFile(_Entry):
     truth: TruthEntry | None = None
 
 
-def read_recording_file(path: Path) -> RecordingFile:
+def read_recording_file(path: Path) -> ArmFile | BodyFile:
     """Read and validate. Raises `InputError` naming every fault: key, value, expectation."""
     if not path.is_file():
         where = path.parent
@@ -104,17 +163,20 @@ def read_recording_file(path: Path) -> RecordingFile:
         raise InputError(
             f"{path}: schema is {schema}, this version reads {SCHEMA}: the folder is newer, update pytracker"
         )
+    model: type[ArmFile | BodyFile] = BodyFile if data.get("kind") == "body" else ArmFile
+    if data.get("kind") not in ("arm", "body"):
+        raise InputError(f"{path}: kind is {data.get('kind')!r}, expected 'arm' or 'body'")
     try:
-        return RecordingFile.model_validate(data)
+        return model.model_validate(data)
     except ValidationError as error:
-        faults = [_fault(fault) for fault in error.errors()]
+        faults = [_fault(model, fault) for fault in error.errors()]
         raise InputError(f"{path}: " + "; ".join(faults)) from None
 
 
-def _fault(fault: Any) -> str:
+def _fault(model: type[BaseModel], fault: Any) -> str:
     place = _place(fault["loc"])
     if fault["type"] == "extra_forbidden":
-        known = _known_keys(fault["loc"][:-1])
+        known = _known_keys(model, fault["loc"][:-1])
         near = difflib.get_close_matches(str(fault["loc"][-1]), known, n=1, cutoff=0.5)
         hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(known)}"
         return f"{place} is not a known key, {hint}"
@@ -131,9 +193,12 @@ def _place(loc: tuple[Any, ...]) -> str:
     return place
 
 
-def _known_keys(loc: tuple[Any, ...]) -> list[str]:
-    entries: dict[str, type[BaseModel]] = {
-        "camera": CameraEntry, "imu": ImuEntry, "arm": ArmEntry, "truth": TruthEntry,
+def _known_keys(model: type[BaseModel], loc: tuple[Any, ...]) -> list[str]:
+    entries: dict[type[BaseModel], dict[str, type[BaseModel]]] = {
+        ArmFile: {"camera": CameraEntry, "imu": ImuEntry, "arm": ArmEntry, "truth": TruthEntry},
+        BodyFile: {
+            "camera": BodyCameraEntry, "skeleton": SkeletonEntry, "initial": InitialEntry, "truth": BodyTruthEntry,
+        },
     }  # fmt: skip
-    model = entries.get(str(loc[0]), RecordingFile) if loc else RecordingFile
-    return [field.alias or name for name, field in model.model_fields.items()]
+    entry = entries[model].get(str(loc[0]), model) if loc else model
+    return [field.alias or name for name, field in entry.model_fields.items()]

@@ -104,6 +104,11 @@ impl Camera {
         squared_distances_linear(&m, &s, [px, py, pz], pixel, out);
     }
 
+    /// Depth of a world point along the viewing direction, m.
+    pub fn depth(&self, world: Vector3<f64>) -> f64 {
+        self.rotation.row(2).transpose().dot(&world) + self.translation.z
+    }
+
     /// Pixel and its derivative by the world point, `(2, 3)` px/m.
     pub fn project_with_jacobian(&self, world: Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
         let p = self.rotation * world + self.translation;

@@ -43,6 +43,14 @@ pub enum Error {
         /// What is wrong, with the value and what was expected.
         reason: String,
     },
+    /// A bone is missing, or is not what a skeleton's bone is.
+    #[error("bone '{bone}' {reason}")]
+    Skeleton {
+        /// Its name.
+        bone: String,
+        /// What is wrong and what was expected.
+        reason: String,
+    },
     /// A value that must be finite is not.
     #[error("{name} at {time_s} s is {value}, expected a finite number")]
     NotFinite {

@@ -32,6 +32,11 @@ pub trait Transition: Sync {
 pub trait Likelihood: Sync {
     /// Write the log-likelihood of every particle, `(N,)`; minus infinity where it cannot be.
     fn log_likelihood(&self, particles: &ParticleSet, out: &mut [f64]);
+
+    /// Whether the values are likelihoods, so that their mean is the evidence; not so where they are rescaled.
+    fn has_evidence(&self) -> bool {
+        true
+    }
 }
 
 /// A transition and the likelihoods that weigh its result together (none: the layer only moves).

@@ -29,13 +29,16 @@
 //! | [`arm`] | wrist IMU and colour patch (Tao & Hu 2008): models, methods, the online tracker |
 
 pub mod arm;
+pub mod body;
 pub mod camera;
 mod error;
 pub mod filter;
 pub mod particles;
+pub mod projection;
 pub mod quaternion;
 pub mod resample;
 pub mod rng;
+pub mod skeleton;
 mod sums;
 
 #[cfg(feature = "python")]

@@ -215,6 +215,21 @@ impl ParticleSet {
         self.len >= PARALLEL_BLOCKS * BLOCK
     }
 
+    /// Another set of the same weights, whose `dim` columns are made from this one's, block by block.
+    ///
+    /// # Panics
+    /// When `dim` is zero.
+    pub fn mapped(&self, dim: usize, mut map: impl FnMut(Block<'_>, &mut BlockMut<'_>)) -> Self {
+        assert!(dim > 0, "a set has columns");
+        let mut blocks = vec![0.0; self.len.div_ceil(BLOCK) * BLOCK * dim];
+        for (block, data) in self.blocks().zip(blocks.chunks_mut(dim * BLOCK)) {
+            let len = block.len();
+            map(block, &mut BlockMut { data, len });
+        }
+        let (log_weights, weights) = (self.log_weights.clone(), self.weights.clone());
+        Self { dim, blocks, log_weights, weights, scratch: Scratch::default(), ..*self }
+    }
+
     /// Multiply the weights by likelihoods given as logarithms, and normalise.
     ///
     /// Returns the log of the weighted mean likelihood (the evidence of this observation), or `None`, with
@@ -315,9 +330,9 @@ impl ParticleSet {
         self.scratch.blocks = std::mem::replace(&mut self.blocks, next);
     }
 
-    /// Weighted mean and covariance, 95 % bands of the first `K` columns, and where these are densest.
-    pub fn summary<const K: usize>(&self) -> Summary<K> {
-        summary::summarise(self)
+    /// Weighted mean and covariance, 95 % bands of the first `k` columns, and where these are densest.
+    pub fn summary(&self, k: usize) -> Summary {
+        summary::summarise(self, k)
     }
 
     /// Weighted mean, `(D,)`, and covariance, `(D, D)`.

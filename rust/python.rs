@@ -6,6 +6,7 @@
 #![allow(clippy::needless_pass_by_value)]
 
 mod arm;
+mod body;
 mod estimate;
 mod resample;
 
@@ -40,8 +41,12 @@ impl From<Error> for PyErr {
 /// The compiled half of pytracker.
 #[pymodule]
 mod _core {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::arm::{ArmTracker, check_camera};
+    #[pymodule_export]
+    use super::body::{BodyEstimate, BodyTracker, Skeleton, missed_edges};
     #[pymodule_export]
     use super::estimate::Estimate;
     #[pymodule_export]
@@ -52,6 +57,12 @@ mod _core {
     #[pymodule_export]
     #[allow(non_upper_case_globals)]
     const __version__: &str = env!("CARGO_PKG_VERSION");
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        // A tuple: nobody may change it.
+        module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), super::body::key_joints())?)
+    }
 }
 
 /// Rows of a `(T, K)` array.
@@ -67,4 +78,13 @@ fn rows<const K: usize>(name: &'static str, array: &PyReadonlyArray2<'_, f64>) -
 fn same_length(name: &'static str, got: usize, times: &PyReadonlyArray1<'_, f64>) -> PyResult<()> {
     let expected = times.as_array().len();
     if got == expected { Ok(()) } else { Err(Error::Size { name, got, unit: "rows", expected }.into()) }
+}
+
+/// `work` on so many threads; on as many as there are where none are said.
+fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce() -> R + Send) -> crate::Result<R> {
+    let Some(count) = threads else { return Ok(work()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
+    let refused =
+        |_| Error::Parameter { name: "threads", value: count as f64, expected: "as many as the machine allows" };
+    Ok(pool.map_err(refused)?.install(work))
 }

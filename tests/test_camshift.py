@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.recording import triple
+from pytracker.rotation import triple
 from pytracker.simulate.scene import render
 
 

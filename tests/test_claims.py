@@ -15,7 +15,7 @@ from scipy.io import loadmat
 
 import pytracker as pt
 from pytracker.methods import ArmMethod
-from pytracker.recording import triple
+from pytracker.rotation import triple
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import look_at
 
@@ -95,12 +95,12 @@ def test_the_constraint_is_what_helps() -> None:
 
 
 @pytest.fixture(scope="module")
-def arm_circle(shared: Callable[[str], Path]) -> tuple[pt.Recording, pt.Sightings]:
+def arm_circle(shared: Callable[[str], Path]) -> tuple[pt.ArmRecording, pt.Sightings]:
     recording = pt.load(shared("recordings/arm-circle"))
     return recording, pt.sight(recording)
 
 
-def test_arm_circle_patch(arm_circle: tuple[pt.Recording, pt.Sightings]) -> None:
+def test_arm_circle_patch(arm_circle: tuple[pt.ArmRecording, pt.Sightings]) -> None:
     recording, sightings = arm_circle
     assert recording.truth is not None
     wrist = recording.views[0].camera.project(recording.truth.at("wrist", sightings.time_s))
@@ -117,7 +117,7 @@ def test_arm_circle_patch(arm_circle: tuple[pt.Recording, pt.Sightings]) -> None
     ids=["layered", "joint"],
 )
 def test_arm_circle_wrist(
-    arm_circle: tuple[pt.Recording, pt.Sightings], method: ArmMethod, limit: float, coverage: float
+    arm_circle: tuple[pt.ArmRecording, pt.Sightings], method: ArmMethod, limit: float, coverage: float
 ) -> None:
     recording, sightings = arm_circle
     found = pool([pt.track(recording, method, seed, sightings=sightings) for seed in range(1, 6)])
@@ -134,7 +134,7 @@ TRIALS = (
 )
 
 
-def broad(path: Path, azimuths_deg: tuple[float, ...], seed: int) -> tuple[pt.Recording, pt.Sightings, np.ndarray]:
+def broad(path: Path, azimuths_deg: tuple[float, ...], seed: int) -> tuple[pt.ArmRecording, pt.Sightings, np.ndarray]:
     """The trial as a recording: real IMU, optical orientation, cameras simulated from the optical position."""
     data = loadmat(path)
     rate = float(data["sampling_rate"].squeeze())
@@ -159,7 +159,7 @@ def broad(path: Path, azimuths_deg: tuple[float, ...], seed: int) -> tuple[pt.Re
     start = position[first]
     arm = pt.Arm(shoulder_m=(0, 0, 0), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=triple(start))
     views = tuple(pt.View(camera=camera) for camera in cameras)
-    recording = pt.Recording(kind="arm", views=views, imus=(imu,), arm=arm, truth=truth)
+    recording = pt.ArmRecording(views=views, imus=(imu,), arm=arm, truth=truth)
     return recording, pt.Sightings.of(frame_time_s, pixels), at
 
 

@@ -97,7 +97,7 @@ def test_hidden_patch_widens_the_band_and_has_a_reason(
 def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
     recording = simulation.recording()
     behind = pt.Arm(shoulder_m=(0.1, 9.0, 0.25), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=(0.2, 9.3, 1.0))
-    lost = pt.Recording(kind="arm", views=recording.views, imus=recording.imus, arm=behind, truth=recording.truth)
+    lost = pt.ArmRecording(views=recording.views, imus=recording.imus, arm=behind, truth=recording.truth)
     unseen = pt.Sightings.of(sightings.time_s, np.where(np.arange(50)[:, None, None] < 7, np.nan, sightings.pixels))
     with pytest.raises(pt.TrackingError, match=r"frame 7: all 100 particle weights are zero at 0\.28") as error:
         pt.track(lost, pt.Plain(particles=100), sightings=unseen)

@@ -32,11 +32,11 @@ def samples_per_frame(simulation: pt.ArmSimulation) -> list[tuple[list[tuple[flo
     return frames
 
 
-def without_gyroscope(simulation: pt.ArmSimulation) -> pt.Recording:
+def without_gyroscope(simulation: pt.ArmSimulation) -> pt.ArmRecording:
     recording = simulation.recording()
     imu = recording.imus[0]
     plain = pt.Imu(time_s=imu.time_s, acc=imu.acc, q_world_sensor=imu.q_world_sensor)
-    return pt.Recording(kind="arm", views=recording.views, imus=(plain,), arm=recording.arm, truth=recording.truth)
+    return pt.ArmRecording(views=recording.views, imus=(plain,), arm=recording.arm, truth=recording.truth)
 
 
 @pytest.fixture(scope="module")

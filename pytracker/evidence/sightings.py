@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
 from pytracker.formats.video import Frame, frames
-from pytracker.recording import Array, Recording
+from pytracker.recording import ArmRecording
+from pytracker.rotation import Array
 
 __all__ = ["SAME_FRAME_S", "Progress", "Sightings", "sight"]
 
@@ -66,7 +67,7 @@ def _seen(pixels: Array) -> NDArray[np.bool_]:
 
 
 def sight(
-    recording: Recording, parameters: CamshiftParameters | None = None, progress: Progress | None = None
+    recording: ArmRecording, parameters: CamshiftParameters | None = None, progress: Progress | None = None
 ) -> Sightings:
     """Follow the patch through every video of `recording`. Raises `InputError`."""
     tracks, times = [], []

@@ -12,8 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pytracker.evaluate import WITHIN_M
-from pytracker.recording import Array, Truth
-from pytracker.track import Track
+from pytracker.recording import Truth
+from pytracker.rotation import Array
+from pytracker.track_arm import ArmTrack
 
 __all__ = ["errors", "path_3d", "sample_size", "trajectories"]
 
@@ -37,7 +38,7 @@ STYLE: Any = {
 }
 
 
-def trajectories(tracks: Sequence[Track], labels: Sequence[str], joint: str = "wrist") -> str:
+def trajectories(tracks: Sequence[ArmTrack], labels: Sequence[str], joint: str = "wrist") -> str:
     """Fig. 6: a joint per axis over time, in cm; the first track with its 95 % band, and the truth."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.6, 6.6), layout="constrained")
@@ -69,7 +70,7 @@ def trajectories(tracks: Sequence[Track], labels: Sequence[str], joint: str = "w
         return _svg(figure)
 
 
-def errors(tracks: Sequence[Track], labels: Sequence[str], joint: str = "wrist") -> str:
+def errors(tracks: Sequence[ArmTrack], labels: Sequence[str], joint: str = "wrist") -> str:
     """Fig. 7: error per axis over time, in cm, with the paper's ±5 cm."""
     truth = _truth(tracks[0], joint)
     assert truth is not None
@@ -90,7 +91,7 @@ def errors(tracks: Sequence[Track], labels: Sequence[str], joint: str = "wrist")
         return _svg(figure)
 
 
-def path_3d(tracks: Sequence[Track], labels: Sequence[str]) -> str:
+def path_3d(tracks: Sequence[ArmTrack], labels: Sequence[str]) -> str:
     """Fig. 8: the wrist's path in space, first track and truth, with the arm at the middle of the recording."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(5.2, 4.4), layout="constrained")
@@ -113,7 +114,7 @@ def path_3d(tracks: Sequence[Track], labels: Sequence[str]) -> str:
         return _svg(figure)
 
 
-def sample_size(tracks: Sequence[Track], labels: Sequence[str]) -> str:
+def sample_size(tracks: Sequence[ArmTrack], labels: Sequence[str]) -> str:
     """Effective sample size as a share of the particles, and when the patch was lost."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.6, 2.6), layout="constrained")
@@ -137,7 +138,7 @@ def sample_size(tracks: Sequence[Track], labels: Sequence[str]) -> str:
         return _svg(figure)
 
 
-def _line(axes: Axes, track: Track, values: Array, number: int, label: str) -> None:
+def _line(axes: Axes, track: ArmTrack, values: Array, number: int, label: str) -> None:
     """One method's line: the first in front and strong, the others behind it in order."""
     front = number == 0
     axes.plot(
@@ -151,7 +152,7 @@ def _line(axes: Axes, track: Track, values: Array, number: int, label: str) -> N
     )
 
 
-def _truth(track: Track, joint: str) -> Array | None:
+def _truth(track: ArmTrack, joint: str) -> Array | None:
     truth: Truth | None = track.recording.truth
     return None if truth is None or joint not in truth.joints_m else truth.at(joint, track.time_s)
 
@@ -164,7 +165,7 @@ def _limit(axes: Axes, shown: list[Array]) -> None:
     axes.set_ylim(low - margin, high + margin)
 
 
-def _shade_lost(axes: Axes, track: Track) -> None:
+def _shade_lost(axes: Axes, track: ArmTrack) -> None:
     """Shaded where the patch was not seen or the IMU not heard."""
     lost = ~track.valid
     edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]]).astype(int)))

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from pytracker.methods import ArmMethod, Ekf
-from pytracker.track import Track
+from pytracker.joint_track import Track
 
 __all__ = ["label", "labels"]
 

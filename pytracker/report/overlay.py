@@ -10,8 +10,9 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.evidence.sightings import SAME_FRAME_S
 from pytracker.formats.video import Image, frames
-from pytracker.recording import Array, Camera
-from pytracker.track import Track
+from pytracker.recording import Camera
+from pytracker.rotation import Array
+from pytracker.track_arm import ArmTrack
 
 __all__ = ["write_overlay"]
 
@@ -26,7 +27,7 @@ PATCH = (60, 60, 230)
 WORDS = (255, 255, 255)
 
 
-def write_overlay(path: Path, track: Track) -> bool:
+def write_overlay(path: Path, track: ArmTrack) -> bool:
     """Write it; False where the recording has no video. Raises `InputError` where OpenCV cannot write."""
     view = track.recording.views[0]
     if view.video is None:
@@ -52,7 +53,7 @@ def write_overlay(path: Path, track: Track) -> bool:
     return writer is not None
 
 
-def _draw(frame: Image, track: Track, row: int) -> Image:
+def _draw(frame: Image, track: ArmTrack, row: int) -> Image:
     """One frame, scaled to `WIDTH`, annotated."""
     scale = WIDTH / frame.shape[1]
     # Even sides: VP9 stores colour at half resolution.

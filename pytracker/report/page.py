@@ -13,7 +13,7 @@ import numpy as np
 from pytracker._core import __version__
 from pytracker.evaluate import Scores
 from pytracker.report import figures
-from pytracker.track import Track
+from pytracker.track_arm import ArmTrack
 
 __all__ = ["render_page"]
 
@@ -26,7 +26,7 @@ class _Figure:
 
 
 def render_page(
-    tracks: Sequence[Track], labels: Sequence[str], scores: Sequence[Scores | None], *, has_overlay: bool
+    tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Sequence[Scores | None], *, has_overlay: bool
 ) -> str:
     """The page as text."""
     environment = jinja2.Environment(
@@ -57,7 +57,7 @@ def render_page(
     )
 
 
-def _summary(track: Track, label: str, scores: Scores | None) -> str:
+def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
     """What a clinician reads: one paragraph, in words and centimetres."""
     seen = 100 * track.sightings.valid.mean()
     half = 100 * np.nanmean((track.joints["wrist"].hi - track.joints["wrist"].lo) / 2, axis=0)
@@ -77,7 +77,7 @@ def _summary(track: Track, label: str, scores: Scores | None) -> str:
     return words
 
 
-def _figures(tracks: Sequence[Track], labels: Sequence[str], scores: Scores | None) -> list[_Figure]:
+def _figures(tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Scores | None) -> list[_Figure]:
     made = [
         (
             "Wrist over time",
@@ -102,7 +102,7 @@ def _figures(tracks: Sequence[Track], labels: Sequence[str], scores: Scores | No
     ]
 
 
-def _lost(track: Track) -> list[tuple[float, float, str]]:
+def _lost(track: ArmTrack) -> list[tuple[float, float, str]]:
     """Stretches of frames with a reason: from, to (s), the reason of the first."""
     stretches: list[tuple[float, float, str]] = []
     start = None

@@ -17,8 +17,9 @@ import numpy as np
 from pytracker._core import InputError, __version__
 from pytracker.evaluate import Scores
 from pytracker.formats.text import parse_table, read_lines
-from pytracker.recording import Array, Recording
-from pytracker.track import JointTrack, Track
+from pytracker.recording import ArmRecording
+from pytracker.rotation import Array
+from pytracker.joint_track import JointTrack, Track
 
 __all__ = ["read_track", "write_metadata", "write_scores", "write_track"]
 

@@ -13,7 +13,7 @@ from pytracker.evidence.sightings import Progress
 from pytracker.output import whole_folder
 from pytracker.report.labels import labels as make_labels
 from pytracker.report.tables import write_metadata, write_scores, write_track
-from pytracker.track import Track
+from pytracker.joint_track import Track
 
 __all__ = ["write_report"]
 

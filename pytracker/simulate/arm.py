@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording import Arm, Array, Camera, Imu, Recording, Triple, Truth, View, triple
+from pytracker.recording import Arm, Camera, Imu, ArmRecording, Truth, View
+from pytracker.rotation import Array, Triple, triple
 from pytracker.rotation import axes_to_quaternion, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate.patterns import PATTERNS
 
@@ -257,10 +258,10 @@ class ArmSimulation:
         joints = {"shoulder": self.shoulder(time_s), "elbow": self.elbow(time_s), "wrist": self.wrist(time_s)}
         return Truth(time_s=time_s, joints_m=joints)
 
-    def recording(self) -> Recording:
+    def recording(self) -> ArmRecording:
         """As a recording in memory, without video: to be tracked from `sightings`."""
         views = tuple(View(camera=camera) for camera in self.cameras)
-        return Recording(kind="arm", views=views, imus=(self.imu,), arm=self.arm, truth=self.truth)
+        return ArmRecording(views=views, imus=(self.imu,), arm=self.arm, truth=self.truth)
 
 
 def look_at(

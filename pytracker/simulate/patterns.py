@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pytracker.recording import Array
+from pytracker.rotation import Array
 
 __all__ = ["PATTERNS"]
 

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.formats.video import Image
-from pytracker.recording import Array, Camera
+from pytracker.recording import Camera
+from pytracker.rotation import Array
 from pytracker.rotation import rotate
 from pytracker.simulate.arm import IMAGE_SIZE, ArmSimulation
 

@@ -250,10 +250,10 @@ impl Estimate {
         forearm: Vector3<f64>,
         log_evidence: Option<f64>,
     ) -> Self {
-        let Summary { mean, covariance, bands, mode } = particles.summary::<3>();
+        let Summary { mean, covariance, bands, mode } = particles.summary(3);
         let wrist = Point {
             mean: mean.fixed_rows::<3>(POSITION).into(),
-            mode,
+            mode: mode.fixed_rows::<3>(0).into(),
             sd: Vector3::from_fn(|d, _| covariance[(d, d)].max(0.0).sqrt()),
             lo: Vector3::from_fn(|d, _| bands[d].lo),
             hi: Vector3::from_fn(|d, _| bands[d].hi),

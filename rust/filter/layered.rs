@@ -65,7 +65,7 @@ impl LayeredFilter {
     }
 
     /// Apply `layers` in order; `posterior` sees the set before the last resampling, with the log evidence
-    /// summed over the layers (`None` where no likelihood weighed anything).
+    /// summed over the layers (`None` where no likelihood weighed anything, or what weighed was none).
     ///
     /// # Errors
     /// [`Error::AllWeightsZero`], at the time given, when no particle explains an observation.
@@ -91,7 +91,7 @@ impl LayeredFilter {
         mut recorder: Option<&mut dyn Recorder>,
         posterior: impl FnOnce(&ParticleSet, Option<f64>) -> E,
     ) -> Result<E> {
-        let mut evidence = None;
+        let (mut evidence, mut is_evidence) = (None, true);
         let mut posterior = Some(posterior);
         let mut estimate = None;
         for (index, layer) in layers.iter().enumerate() {
@@ -104,10 +104,11 @@ impl LayeredFilter {
                     layer: index,
                     particles: self.particles.len(),
                 })?;
+                is_evidence &= layer.likelihoods.iter().all(|likelihood| likelihood.has_evidence());
                 *evidence.get_or_insert(0.0) += gained;
             }
             if index + 1 == layers.len() {
-                estimate = posterior.take().map(|see| see(&self.particles, evidence));
+                estimate = posterior.take().map(|see| see(&self.particles, evidence.filter(|_| is_evidence)));
             }
             let weights = predicted.as_ref().map(|_| self.particles.weights().to_vec());
             let step = self.step;

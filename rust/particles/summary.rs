@@ -4,7 +4,7 @@ use super::{Block, ParticleSet};
 use crate::rng::BLOCK;
 use crate::sums::dot;
 use multiversion::multiversion;
-use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 /// The lower quantile of the reported band.
@@ -37,29 +37,26 @@ pub struct Interval {
 
 /// All that is reported of a set.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Summary<const K: usize> {
+pub struct Summary {
     /// Weighted mean, `(D,)`.
     pub mean: DVector<f64>,
     /// Weighted covariance, `(D, D)`.
     pub covariance: DMatrix<f64>,
     /// Bands of the first `K` columns.
-    pub bands: [Interval; K],
+    pub bands: Vec<Interval>,
     /// Where the first `K` columns are densest, along the direction in which they spread most.
-    pub mode: SVector<f64, K>,
+    pub mode: DVector<f64>,
 }
 
-pub(super) fn summarise<const K: usize>(set: &ParticleSet) -> Summary<K> {
+pub(super) fn summarise(set: &ParticleSet, k: usize) -> Summary {
     let (mean, covariance) = moments(set);
     let band = |d: usize| interval(set, d, mean[d], covariance[(d, d)].max(0.0).sqrt());
-    let centre = SVector::<f64, K>::from_fn(|d, _| mean[d]);
-    let scatter = SMatrix::<f64, K, K>::from_fn(|r, c| covariance[(r, c)]);
+    let (centre, scatter) = (mean.rows(0, k).into_owned(), covariance.view((0, 0), (k, k)).into_owned());
     let densest = || mode(set, &centre, &scatter);
     let (bands, mode) = if set.is_parallel() {
-        let all = || (0..K).into_par_iter().map(band).collect::<Vec<Interval>>();
-        let (bands, mode) = rayon::join(all, densest);
-        (std::array::from_fn(|d| bands[d]), mode)
+        rayon::join(|| (0..k).into_par_iter().map(band).collect(), densest)
     } else {
-        (std::array::from_fn(band), densest())
+        ((0..k).map(band).collect(), densest())
     };
     Summary { mean, covariance, bands, mode }
 }
@@ -192,17 +189,20 @@ impl Crossing {
 }
 
 /// The densest window along the principal axis, and the mean of the particles in it.
-fn mode<const K: usize>(set: &ParticleSet, mean: &SVector<f64, K>, scatter: &SMatrix<f64, K, K>) -> SVector<f64, K> {
+fn mode(set: &ParticleSet, mean: &DVector<f64>, scatter: &DMatrix<f64>) -> DVector<f64> {
     let axis = principal_axis(scatter);
-    let spread = (axis.transpose() * scatter * axis)[0].max(0.0).sqrt();
+    let spread = axis.dot(&(scatter * &axis)).max(0.0).sqrt();
     let (low, per_unit) = (-REACH_SD * spread, CELLS as f64 / (2.0 * REACH_SD * spread));
     if !per_unit.is_finite() {
-        return *mean;
+        return mean.clone();
     }
     let stride = set.dim * BLOCK;
-    let at = |i: usize| SVector::<f64, K>::from_fn(|d, _| set.blocks[i / BLOCK * stride + d * BLOCK + i % BLOCK]);
+    let at = |i: usize, d: usize| set.blocks[i / BLOCK * stride + d * BLOCK + i % BLOCK];
     let step = set.len.div_ceil(MODE_SAMPLE);
-    let along: Vec<(usize, f64)> = (0..set.len).step_by(step).map(|i| (i, axis.dot(&(at(i) - mean)))).collect();
+    let along: Vec<(usize, f64)> = (0..set.len)
+        .step_by(step)
+        .map(|i| (i, (0..axis.len()).map(|d| axis[d] * (at(i, d) - mean[d])).sum()))
+        .collect();
     let mut weight = [0.0; CELLS];
     for (i, x) in &along {
         weight[usize::from(((x - low) * per_unit) as u8)] += set.weights[*i];
@@ -210,14 +210,16 @@ fn mode<const K: usize>(set: &ParticleSet, mean: &SVector<f64, K>, scatter: &SMa
     // Silverman's width for the whole cloud; two branches that it would merge are one for the reader too.
     let half_width = (0.5 * spread * (along.len() as f64).powf(-0.2)).max(1.0 / per_unit);
     let peak = low + densest(&weight, half_width * per_unit) / per_unit;
-    let (mut total, mut sum) = (0.0, SVector::<f64, K>::zeros());
+    let (mut total, mut sum) = (0.0, DVector::zeros(axis.len()));
     for (i, x) in &along {
         if (x - peak).abs() <= half_width {
             total += set.weights[*i];
-            sum += at(*i) * set.weights[*i];
+            for d in 0..axis.len() {
+                sum[d] += at(*i, d) * set.weights[*i];
+            }
         }
     }
-    if total > 0.0 { sum / total } else { *mean }
+    if total > 0.0 { sum / total } else { mean.clone() }
 }
 
 /// The middle, in cells, of the window of `2 * half_width` cells that holds most weight.
@@ -238,11 +240,11 @@ fn densest(weight: &[f64; CELLS], half_width: f64) -> f64 {
 }
 
 /// The direction of largest variance, by power iteration; any unit vector where the cloud has no extent.
-fn principal_axis<const K: usize>(scatter: &SMatrix<f64, K, K>) -> SVector<f64, K> {
-    let widest = (0..K).max_by(|a, b| scatter[(*a, *a)].total_cmp(&scatter[(*b, *b)])).unwrap_or(0);
-    let mut axis = SVector::<f64, K>::from_fn(|d, _| f64::from(u8::from(d == widest)));
+fn principal_axis(scatter: &DMatrix<f64>) -> DVector<f64> {
+    let widest = (0..scatter.nrows()).max_by(|a, b| scatter[(*a, *a)].total_cmp(&scatter[(*b, *b)])).unwrap_or(0);
+    let mut axis = DVector::from_fn(scatter.nrows(), |d, _| f64::from(u8::from(d == widest)));
     for _ in 0..16 {
-        let next = scatter * axis;
+        let next = scatter * &axis;
         let norm = next.norm();
         if norm <= 0.0 || !norm.is_finite() {
             break;
@@ -291,7 +293,7 @@ mod tests {
             seed in prop::collection::vec(0.01..1.0f64, 700),
         ) {
             let weights = &seed[..rows.len()];
-            let Summary { mean, covariance, bands, .. } = set_of(&rows, weights).summary::<3>();
+            let Summary { mean, covariance, bands, .. } = set_of(&rows, weights).summary(3);
             let total: f64 = weights.iter().sum();
             for d in 0..3 {
                 let expected: f64 = rows.iter().zip(weights).map(|(r, w)| r[d] * w / total).sum();
@@ -319,16 +321,16 @@ mod tests {
             let rows: Vec<[f64; 3]> = (0..len)
                 .map(|i| [branch(i) + 0.01 * f64::from(i) / f64::from(len), 0.3, 1e-3 * f64::from(i % 7)])
                 .collect();
-            let mode = set_of(&rows, &vec![1.0; rows.len()]).summary::<3>().mode;
-            assert!((mode.x - 0.105).abs() < 0.01, "{mode}");
-            assert!((mode.y - 0.3).abs() < 1e-12);
+            let mode = set_of(&rows, &vec![1.0; rows.len()]).summary(3).mode;
+            assert!((mode[0] - 0.105).abs() < 0.01, "{mode}");
+            assert!((mode[1] - 0.3).abs() < 1e-12);
         }
     }
 
     #[test]
     fn a_single_point_is_its_own_everything() {
-        let summary = set_of(&[[1.0, 2.0, 3.0]; 5], &[1.0; 5]).summary::<3>();
+        let summary = set_of(&[[1.0, 2.0, 3.0]; 5], &[1.0; 5]).summary(3);
         assert_eq!(summary.bands[1], Interval { lo: 2.0, hi: 2.0 });
-        assert!((summary.mode - SVector::from([1.0, 2.0, 3.0])).norm() < 1e-15);
+        assert!((summary.mode - DVector::from_vec(vec![1.0, 2.0, 3.0])).norm() < 1e-15);
     }
 }

@@ -87,14 +87,21 @@ fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|r, c| rows[r][c])
 }
 
+impl TryFrom<CameraArgument> for Camera {
+    type Error = Error;
+
+    fn try_from(camera: CameraArgument) -> Result<Self> {
+        let (intrinsics, rotation) = (matrix(camera.matrix), matrix(camera.rotation));
+        Camera::new(intrinsics, camera.distortion, rotation, Vector3::from(camera.translation_m))
+    }
+}
+
 impl TryFrom<CameraArgument> for View {
     type Error = Error;
 
     fn try_from(camera: CameraArgument) -> Result<Self> {
         let patch_offset = Vector3::from(camera.patch_offset_m);
-        let (intrinsics, rotation) = (matrix(camera.matrix), matrix(camera.rotation));
-        let camera = Camera::new(intrinsics, camera.distortion, rotation, Vector3::from(camera.translation_m))?;
-        Ok(Self { camera, patch_offset })
+        Ok(Self { camera: camera.try_into()?, patch_offset })
     }
 }
 
@@ -245,15 +252,7 @@ impl ArmTracker {
     ) -> PyResult<(Bound<'py, PyDict>, usize, Option<String>)> {
         let samples = samples(&imu_time_s, &acc, &q_world_sensor, gyr.as_ref())?;
         let frames = frames(&time_s, &pixels)?;
-        let mut run = || self.0.run(&samples, &frames, first_frame);
-        let stretch = py.detach(|| match threads {
-            None => Ok(run()),
-            Some(n) => rayon::ThreadPoolBuilder::new().num_threads(n).build().map(|pool| pool.install(run)),
-        });
-        let Ok(stretch) = stretch else {
-            let value = threads.unwrap_or(0) as f64;
-            return Err(Error::Parameter { name: "threads", value, expected: "as many as the machine allows" }.into());
-        };
+        let stretch = py.detach(|| super::on_threads(threads, || self.0.run(&samples, &frames, first_frame)))?;
         match stretch.stopped {
             Some(error) if !error.is_loss_of_track() => Err(error.into()),
             stopped => Ok((table(py, &stretch.estimates)?, stretch.used, stopped.map(|e| e.to_string()))),

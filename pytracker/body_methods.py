@@ -1,0 +1,108 @@
+"""How a body is tracked: frozen, validated, every parameter with its unit.
+
+`BodyPlain` is Li & Kulić as printed. `Annealed` and `Partitioned` are other lists of layers, with likelihoods on a fixed
+scale, so that their bands mean something.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pytracker.methods import Method
+
+__all__ = ["BODY_METHODS", "Annealed", "BodyMethod", "BodyPlain", "Partitioned"]
+
+ALL = ("torso", "left_arm", "right_arm")
+
+BodyLayers = tuple[tuple[tuple[str, ...], float, float], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyMethod(Method):
+    """What every body method assumes. Raises `InputError` when out of range.
+
+    Attributes:
+        particles: how many in every layer (paper: 300).
+        layers: (groups, share of the diffusion, share of the sharpness), applied in order; groups are `torso`,
+            `left_arm`, `right_arm`: they move, and their parts and blobs weigh.
+        resampling: `systematic` (the paper), `residual`, `stratified` or `multinomial`.
+        ess_threshold: resample when ESS falls to this share of the particles; 1 is always (the paper).
+        base_density: diffusion of the root's place, m/√s.
+        base_turn_density: of its turns, rad/√s.
+        trunk_density: of back and neck where they are free, rad/√s.
+        joint_density: of shoulders and elbows, rad/√s.
+        blob_sd_m: standard deviation of a blob's centre from the model's, m (fixed scale).
+        blob_reach: beyond so many standard deviations a blob says nothing more (fixed scale).
+        gate_m: how far from where it was expected a blob may be given to head or hand, m.
+        limits: whether limits of joints count, softly.
+        penetration: whether elbows and hands inside the torso count against a pose (paper IV-C1).
+        free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
+    """
+
+    particles: int = 300
+    layers: BodyLayers = ((ALL, 1.0, 1.0),)
+    resampling: str = "systematic"
+    ess_threshold: float = 1.0
+    base_density: float = 0.055
+    base_turn_density: float = 0.11
+    trunk_density: float = 0.3
+    joint_density: float = 0.75
+    blob_sd_m: float = 0.04
+    blob_reach: float = 4.0
+    gate_m: float = 0.45
+    limits: bool = True
+    penetration: bool = False
+    free: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "body"
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyPlain(BodyMethod):
+    """The particle filter of Li & Kulić: distances rescaled over the set, `A^-d`, one layer.
+
+    Attributes:
+        sharpness: `A`, above 1; the paper gives none.
+        alpha: weight of the edge cue, 0 to 2; the distance cue has the rest (paper: 1).
+        adapt: how far alpha follows what each cue tells apart in a frame, 0 (the paper) to 1.
+    """
+
+    limits: bool = False
+    sharpness: float = 1000.0
+    alpha: float = 1.0
+    adapt: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The name that the command line knows it by."""
+        return "plain"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fixed(BodyMethod):
+    """Cues on a fixed scale.
+
+    Attributes:
+        edge_loss: log-likelihood lost by a part whose outline misses every edge.
+    """
+
+    edge_loss: float = 12.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Annealed(_Fixed):
+    """Annealing: the same cues several times, from flat to sharp, while the diffusion shrinks (Deutscher & Blake)."""
+
+    layers: BodyLayers = ((ALL, 1.0, 0.3), (ALL, 0.5, 0.6), (ALL, 0.25, 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Partitioned(_Fixed):
+    """Partitions: the torso first, then each arm on it (MacCormick & Isard)."""
+
+    layers: BodyLayers = ((("torso",), 1.0, 1.0), (("left_arm",), 1.0, 1.0), (("right_arm",), 1.0, 1.0))
+
+
+BODY_METHODS: dict[str, type[BodyMethod]] = {"plain": BodyPlain, "annealed": Annealed, "partitioned": Partitioned}
+"""Body methods by the name that the command line knows them by."""

@@ -1,0 +1,185 @@
+"""What a frame shows of a body: foreground, its edges, and blobs of skin (Li & Kulić IV-C2). Frame by frame.
+
+Foreground by background subtraction in colour, without the cast shadow; Canny inside it, dilated; skin in YCrCb inside it,
+opened and filtered by size and shape. All on eight-bit images, and blobs by their contours, which is what makes it fast.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.video import Frame, Image, frames
+from pytracker.rotation import Array
+
+__all__ = ["BodyEvidence", "Silhouette", "SilhouetteParameters", "median_background", "read_background"]
+
+MEDIAN_FRAMES = 61
+"""Frames, evenly chosen, that a median background is made of."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SilhouetteParameters:
+    """Every threshold. Areas are in square metres at the person, so that they hold for any camera.
+
+    Attributes:
+        colour: whether the background is subtracted in colour (largest channel) or in grey (paper Fig. 3).
+        foreground_level: difference from the background, of 255, from which a pixel is foreground.
+        shadow_darkest: a shadow keeps at least this share of the background's brightness.
+        shadow_chroma: and its Cr and Cb differ by less than this, of 255. 0: no shadow is taken off.
+        open_px: foreground that is narrower is noise, px.
+        least_area_m2: smaller pieces of foreground are noise.
+        canny_low: lower threshold of Canny.
+        canny_high: upper threshold.
+        dilate_px: edges are widened to this many pixels.
+        skin_cr: range of Cr of skin, of 255.
+        skin_cb: range of Cb.
+        skin_darkest: least Y of skin.
+        skin_area_m2: least and largest area of a blob.
+        skin_elongation: longer side over shorter side, at most.
+    """
+
+    colour: bool = True
+    foreground_level: int = 26
+    shadow_darkest: float = 0.45
+    shadow_chroma: int = 8
+    open_px: int = 3
+    least_area_m2: float = 0.01
+    canny_low: int = 50
+    canny_high: int = 120
+    dilate_px: int = 3
+    skin_cr: tuple[int, int] = (136, 175)
+    skin_cb: tuple[int, int] = (95, 126)
+    skin_darkest: int = 50
+    skin_area_m2: tuple[float, float] = (0.0012, 0.06)
+    skin_elongation: float = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class BodyEvidence:
+    """What one frame shows.
+
+    Attributes:
+        foreground: 255 where the person is `(H, W)`.
+        edges: 255 on a detected edge `(H, W)`.
+        skin: 255 on skin `(H, W)`, before blobs are filtered.
+        blobs: centres of skin blobs, px `(B, 2)`.
+        areas_px: their areas `(B,)`.
+    """
+
+    foreground: Image
+    edges: Image
+    skin: Image
+    blobs: Array
+    areas_px: Array
+
+
+def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:
+    """The median of evenly chosen frames `(H, W, 3)`: the background, where the person moves enough."""
+    kept: list[Image] = []
+    step = 1
+    for frame in source:
+        if frame.index % step == 0:
+            kept.append(frame.image.copy())
+        if len(kept) >= 2 * wanted:
+            # A clip of unknown length: keep every second one, and take half as many from here on.
+            kept, step = kept[::2], 2 * step
+    if not kept:
+        raise InputError("median_background was given no frame, expected at least one")
+    return np.asarray(np.median(np.stack(kept), axis=0), dtype=np.uint8)
+
+
+def read_background(path: Path) -> Image:
+    """An image, or the median of a clip. Raises `InputError`."""
+    return median_background(frames(path))
+
+
+class Silhouette:
+    """Extracts evidence; holds what does not change from frame to frame.
+
+    Args:
+        background: the scene without the person, BGR `(H, W, 3)`.
+        px_per_m: pixels per metre at the person.
+        parameters: thresholds.
+    """
+
+    def __init__(self, background: Image, px_per_m: float, parameters: SilhouetteParameters | None = None) -> None:
+        """Raises `InputError` for a background that is no colour image, or a scale that is not positive."""
+        if background.ndim != 3 or background.shape[2] != 3 or background.dtype != np.uint8:
+            raise InputError(f"background is {background.dtype} {background.shape}, expected uint8 (H, W, 3)")
+        if not (np.isfinite(px_per_m) and px_per_m > 0):
+            raise InputError(f"px_per_m is {px_per_m}, expected a positive number")
+        self.parameters = parameters or SilhouetteParameters()
+        self.background = background
+        self.px2_per_m2 = px_per_m * px_per_m
+        self._grey = cv2.cvtColor(background, cv2.COLOR_BGR2GRAY)
+        self._y, self._cr, self._cb = cv2.split(cv2.cvtColor(background, cv2.COLOR_BGR2YCrCb))
+        self._darkest = cv2.convertScaleAbs(self._y, alpha=self.parameters.shadow_darkest)
+        self._dilation = np.ones((self.parameters.dilate_px,) * 2, np.uint8)
+        self._opening = np.ones((self.parameters.open_px,) * 2, np.uint8)
+
+    def __call__(self, image: Image) -> BodyEvidence:
+        """Evidence of one frame, BGR `(H, W, 3)`. Raises `InputError` for another size than the background's."""
+        if image.shape != self.background.shape:
+            raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
+        y, cr, cb = cv2.split(cv2.cvtColor(image, cv2.COLOR_BGR2YCrCb))
+        foreground = self._foreground(image, y, cr, cb)
+        edges = self._edges(y, foreground)
+        skin, blobs, areas = self._skin(y, cr, cb, foreground)
+        return BodyEvidence(foreground, edges, skin, blobs, areas)
+
+    def _foreground(self, image: Image, y: Image, cr: Image, cb: Image) -> Image:
+        p = self.parameters
+        if p.colour:
+            b, g, r = cv2.split(cv2.absdiff(image, self.background))
+            difference = cv2.max(cv2.max(b, g), r)
+        else:
+            difference = cv2.absdiff(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), self._grey)
+        _, mask = cv2.threshold(difference, p.foreground_level - 1, 255, cv2.THRESH_BINARY)
+        if p.shadow_chroma > 0:
+            chroma = cv2.max(cv2.absdiff(cr, self._cr), cv2.absdiff(cb, self._cb))
+            _, grey = cv2.threshold(chroma, p.shadow_chroma - 1, 255, cv2.THRESH_BINARY_INV)
+            darker = cv2.bitwise_and(cv2.compare(y, self._y, cv2.CMP_LT), cv2.compare(y, self._darkest, cv2.CMP_GT))
+            mask = cv2.bitwise_and(mask, cv2.bitwise_not(cv2.bitwise_and(grey, darker)))
+        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening)
+        # Whole outlines: what they enclose belongs to them.
+        contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+        large = [c for c in contours if cv2.contourArea(c) >= p.least_area_m2 * self.px2_per_m2]
+        small = [c for c in contours if cv2.contourArea(c) < p.least_area_m2 * self.px2_per_m2]
+        if not large:
+            return np.zeros_like(mask)
+        cv2.drawContours(mask, small, -1, 0, cv2.FILLED)
+        return np.asarray(mask, dtype=np.uint8)
+
+    def _edges(self, y: Image, foreground: Image) -> Image:
+        p = self.parameters
+        # Outside it is black, so that the outline is an edge too.
+        edges = cv2.Canny(cv2.bitwise_and(y, foreground), p.canny_low, p.canny_high)
+        return np.asarray(cv2.dilate(edges, self._dilation), dtype=np.uint8)
+
+    def _skin(self, y: Image, cr: Image, cb: Image, foreground: Image) -> tuple[Image, Array, Array]:
+        p = self.parameters
+        mask = cv2.bitwise_and(cv2.inRange(cr, *p.skin_cr), cv2.inRange(cb, *p.skin_cb))
+        mask = cv2.bitwise_and(mask, cv2.compare(y, p.skin_darkest, cv2.CMP_GE))
+        mask = cv2.bitwise_and(mask, foreground)
+        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening)
+        contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        centres, areas = [], []
+        for contour in contours:
+            # The area of pixels, not of the polygon through their centres.
+            area = cv2.contourArea(contour) + 0.5 * len(contour) + 1
+            if not p.skin_area_m2[0] <= area / self.px2_per_m2 <= p.skin_area_m2[1]:
+                continue
+            _, sides, _ = cv2.minAreaRect(contour)
+            if max(sides) + 1 > p.skin_elongation * (min(sides) + 1):
+                continue
+            moments = cv2.moments(contour)
+            if moments["m00"] > 0:
+                centres.append((moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]))
+                areas.append(area)
+        return np.asarray(mask, dtype=np.uint8), np.array(centres, dtype=float).reshape(-1, 2), np.array(areas)

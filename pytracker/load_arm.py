@@ -1,0 +1,260 @@
+"""An arm's folder to an `ArmRecording`: read, converted to world and recording time, and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError, check_camera
+from pytracker.formats import video
+from pytracker.formats.imu import orient, read_imu
+from pytracker.formats.imu_log import check
+from pytracker.formats.qualisys import Markers, read_qualisys
+from pytracker.formats.truth_csv import read_truth_csv
+from pytracker.recording import Arm, Camera, Imu, ArmRecording, Truth, View
+from pytracker.rotation import Array, Triple, triple
+from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.schema import ArmEntry, ArmFile, CameraEntry, ImuEntry, TruthEntry
+
+__all__ = ["load_arm"]
+
+JOINTS = ("shoulder", "elbow", "wrist")
+
+SLACK_S = 0.1
+"""IMU and video may start and end this far apart without a word."""
+
+START_M = 0.10
+START_PX = 40.0
+"""How far arm length and patch may be off at the first frame before something must be wrong."""
+
+MISS_M = 0.10
+"""How far the patch's ray may pass from the arm sphere when the start is found from it."""
+
+
+def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
+    """What `path`, read as `entry`, says. Raises `InputError`."""
+    imu, warnings = _imu(folder, path, entry.imu[0])
+    mount = np.array(entry.imu[0].mount)
+    mount /= np.linalg.norm(mount)
+    views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount) for k, c in enumerate(entry.camera))
+    overlap_warnings = _check_overlap(views, imu)
+    truth, truth_warnings = (None, []) if entry.truth is None else _truth(folder, path, entry.truth, entry.arm)
+    start, start_warnings = _wrist_start(path, entry.arm, views[0], imu, truth)
+    for number, view in enumerate(views):
+        _check_start(f"{path}: camera[{number}]", entry.arm, start, view, imu)
+    arm = Arm(
+        shoulder_m=entry.arm.shoulder_m,
+        upper_arm_m=entry.arm.upper_arm_m,
+        forearm_m=entry.arm.forearm_m,
+        wrist_start_m=start,
+        side=entry.arm.side,
+    )
+    names = [c.video for c in entry.camera] + [entry.imu[0].file, entry.imu[0].orientation_file]
+    names.append(entry.truth.file if entry.truth else None)
+    return ArmRecording(
+        views=views,
+        imus=(imu,),
+        arm=arm,
+        truth=truth,
+        folder=folder,
+        files=(path, *(folder / name for name in names if name is not None)),
+        warnings=(*warnings, *overlap_warnings, *truth_warnings, *start_warnings),
+    )
+
+
+def _view(folder: Path, place: str, entry: CameraEntry, mount: Array) -> View:
+    offset = rotate(mount, np.array(entry.patch_offset_m))
+    camera = Camera(
+        matrix=entry.matrix,
+        rotation=entry.rotation,
+        translation_m=entry.translation_m,
+        distortion=entry.distortion,
+        patch_offset_m=triple(offset),
+    )
+    try:
+        check_camera(camera)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+    file = folder / entry.video
+    info = video.probe(file)
+    x, y, w, h = entry.patch_box
+    if w < 2 or h < 2 or x < 0 or y < 0 or x + w > info.width or y + h > info.height:
+        raise InputError(
+            f"{place}: patch_box is {list(entry.patch_box)} (x, y, width, height), expected at least 2 px wide and "
+            f"high and inside the {info.width} x {info.height} px of {file}"
+        )
+    return View(camera=camera, video=file, start_s=entry.start_s, patch_box=entry.patch_box)
+
+
+def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...]]:
+    mount = np.array(entry.mount)
+    if abs(np.linalg.norm(mount) - 1) > 0.02:
+        raise InputError(f"{path}: imu[0].mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
+    orientation = folder / entry.orientation_file if entry.orientation_file else None
+    mount /= np.linalg.norm(mount)
+    log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
+    log = check(log)
+    if log.q_world_sensor is None and entry.heading_deg is None:
+        raise InputError(
+            f"{path}: imu[0].heading_deg is missing; {folder / entry.file} has no orientation, and one computed from "
+            "its gyroscope has no heading, expected the turn about the vertical to the world in degrees"
+        )
+    log = orient(log)
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
+    q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount))
+    gyr = log.gyr if log.gyr is None else rotate(mount, log.gyr)
+    imu = Imu(
+        time_s=log.time_s + entry.offset_s,
+        acc=rotate(mount, log.acc),
+        q_world_sensor=np.ascontiguousarray(q_world_segment),
+        gyr=gyr,
+        segment=entry.segment,
+    )
+    return imu, log.warnings
+
+
+def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
+    warnings = []
+    for view in views:
+        assert view.video is not None
+        info = video.probe(view.video)
+        start = view.start_s
+        # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.
+        end = start + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+        if imu.time_s[-1] < start or imu.time_s[0] > max(end, start):
+            raise InputError(
+                f"{view.video} covers {start:.3f} to {end:.3f} s and the IMU {imu.time_s[0]:.3f} to "
+                f"{imu.time_s[-1]:.3f} s of recording time, expected them to overlap: check start_s and offset_s"
+            )
+        if imu.time_s[0] > start + SLACK_S:
+            warnings.append(
+                f"{view.video}: the IMU starts {imu.time_s[0] - start:.3f} s after the first frame; the frames before "
+                "are not tracked, and the wrist's start is taken to hold where tracking starts"
+            )
+        if imu.time_s[-1] < end - SLACK_S:
+            warnings.append(
+                f"{view.video}: the IMU ends {end - imu.time_s[-1]:.3f} s before the video; the frames after are "
+                "tracked without it and say so"
+            )
+    return warnings
+
+
+def _truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[Truth, list[str]]:
+    readers: dict[str, Callable[[Path], Markers]] = {".tsv": read_qualisys, ".csv": read_truth_csv}
+    file = folder / entry.file
+    if file.suffix.lower() not in readers:
+        raise InputError(f"{path}: truth.file is {entry.file!r}, expected one of: {', '.join(readers)}")
+    markers = readers[file.suffix.lower()](file)
+    wanted = entry.markers or {name: name for name in markers.positions_m}
+    for joint, marker in wanted.items():
+        if marker not in markers.positions_m:
+            raise InputError(
+                f"{path}: truth.markers.{joint} is {marker!r}, expected a marker of {file}: "
+                f"{', '.join(markers.positions_m)}"
+            )
+    unknown = sorted(set(entry.markers) - set(JOINTS))
+    if unknown:
+        raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint of the arm, expected: {', '.join(JOINTS)}")
+    if "wrist" not in wanted:
+        raise InputError(f"{path}: truth.markers names {', '.join(wanted) or 'nothing'}, expected at least wrist")
+    gaps = {joint: markers.gaps[marker] for joint, marker in wanted.items()}
+    truth = Truth(
+        time_s=markers.time_s + entry.offset_s,
+        joints_m={joint: markers.positions_m[marker] for joint, marker in wanted.items()},
+        gaps=gaps,
+    )
+    _check_truth(file, truth, arm)
+    return truth, [
+        f"{file}: {joint} was not seen in {count} of {len(markers.time_s)} frames; they are left out of the scores"
+        for joint, count in gaps.items()
+        if count
+    ]
+
+
+def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> None:
+    """Markers that were mixed up, or are in other units, do not have the arm's lengths."""
+    shoulder = np.broadcast_to(np.array(arm.shoulder_m), (len(truth.time_s), 3))
+    joints = {"shoulder": shoulder, **truth.joints_m}
+    reach = arm.upper_arm_m + arm.forearm_m
+    for a, b, low, high in (
+        ("shoulder", "elbow", 0.6 * arm.upper_arm_m, 1.5 * arm.upper_arm_m),
+        ("elbow", "wrist", 0.6 * arm.forearm_m, 1.5 * arm.forearm_m),
+        ("shoulder", "wrist", 0.1 * reach, 1.2 * reach),
+    ):
+        if a not in joints or b not in joints:
+            continue
+        distance = np.linalg.norm(joints[a] - joints[b], axis=1)
+        if not np.isfinite(distance).any():
+            raise InputError(f"{file}: {a} and {b} are never seen together, expected some frames of truth")
+        middle = float(np.nanmedian(distance))
+        if not low <= middle <= high:
+            raise InputError(
+                f"{file}: {a} and {b} are {middle:.3f} m apart, expected {low:.2f} to {high:.2f} m by the arm's "
+                "lengths: check the markers' names and units, and the world frame"
+            )
+
+
+def _check_start(place: str, arm: ArmEntry, start: Triple, view: View, imu: Imu) -> None:
+    """Camera, patch, IMU and arm must agree about the first frame."""
+    assert view.patch_box is not None
+    x, y, w, h = view.patch_box
+    at = int(np.clip(np.searchsorted(imu.time_s, view.start_s), 0, len(imu.time_s) - 1))
+    q, wrist = imu.q_world_sensor[at], np.array(start)
+    length = float(np.linalg.norm(wrist + rotate(q, np.array([0.0, arm.forearm_m, 0.0])) - np.array(arm.shoulder_m)))
+    if abs(length - arm.upper_arm_m) > START_M:
+        raise InputError(
+            f"{place}: at the first frame the elbow is {length:.2f} m from the shoulder, expected "
+            f"{arm.upper_arm_m:.2f} ± {START_M} m: check wrist_start_m, shoulder_m, the arm's lengths, and "
+            "heading_deg and mount of the IMU"
+        )
+    pixel = view.camera.project((wrist + rotate(q, np.array(view.camera.patch_offset_m)))[None])[0]
+    off = float(np.linalg.norm(pixel - [x + (w - 1) / 2, y + (h - 1) / 2]))
+    if not off <= max(START_PX, 2.0 * max(w, h)):
+        raise InputError(
+            f"{place}: the wrist's start is at pixel ({pixel[0]:.0f}, {pixel[1]:.0f}), but patch_box "
+            f"{list(view.patch_box)} is {off:.0f} px away, expected at most {max(START_PX, 2.0 * max(w, h)):.0f}: "
+            "check wrist_start_m, patch_box and the camera's matrix, rotation and translation_m"
+        )
+
+
+def _wrist_start(path: Path, arm: ArmEntry, view: View, imu: Imu, truth: Truth | None) -> tuple[Triple, list[str]]:
+    """As given, else from truth at the first frame, else where the patch's ray meets the arm sphere."""
+    if arm.wrist_start_m is not None:
+        return arm.wrist_start_m, []
+    if truth is not None:
+        start = truth.at("wrist", np.array([max(view.start_s, imu.time_s[0])]))[0]
+        if np.isfinite(start).all():
+            return triple(start), []
+    return _start_from_ray(path, arm, view, imu)
+
+
+def _start_from_ray(path: Path, arm: ArmEntry, view: View, imu: Imu) -> tuple[Triple, list[str]]:
+    assert view.patch_box is not None
+    x, y, w, h = view.patch_box
+    at = int(np.clip(np.searchsorted(imu.time_s, view.start_s), 0, len(imu.time_s) - 1))
+    q = imu.q_world_sensor[at]
+    patch_to_wrist = -rotate(q, np.array(view.camera.patch_offset_m))
+    wrist_to_elbow = rotate(q, np.array([0.0, arm.forearm_m, 0.0]))
+    origin = view.camera.position_m + patch_to_wrist
+    ray = view.camera.ray(np.array([x + (w - 1) / 2, y + (h - 1) / 2]))
+    centre = np.array(arm.shoulder_m) - wrist_to_elbow
+    nearest = float(ray @ (centre - origin))
+    miss = float(np.linalg.norm(origin + nearest * ray - centre))
+    if miss > arm.upper_arm_m + MISS_M:
+        raise InputError(
+            f"{path}: the patch's ray passes {miss - arm.upper_arm_m:.2f} m from where the arm can reach, expected at "
+            f"most {MISS_M} m: check camera, shoulder_m, arm lengths and the IMU's heading_deg and mount, or give "
+            "arm.wrist_start_m"
+        )
+    half = float(np.sqrt(max(arm.upper_arm_m**2 - miss**2, 0.0)))
+    near, far = origin + (nearest - half) * ray, origin + (nearest + half) * ray
+    warning = (
+        f"{path}: arm.wrist_start_m is not given; the patch's ray meets the arm sphere at "
+        f"{np.round(near, 3).tolist()} and {np.round(far, 3).tolist()} m; the nearer to "
+        "the camera is taken: give wrist_start_m if it is the other"
+    )
+    return triple(near), [warning]

@@ -1,0 +1,189 @@
+"""A body's folder to a `BodyRecording`: skeleton, camera, initial pose and truth, checked."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError, check_camera
+from pytracker.average_skeleton import average_skeleton
+from pytracker.formats import video
+from pytracker.formats.amc import read_amc
+from pytracker.formats.asf import read_asf
+from pytracker.formats.points import read_points
+from pytracker.projection import camera_of, fit_weak_perspective
+from pytracker.recording import BodyRecording, BodyView, Camera, ProjectionFit, Truth, WeakPerspective
+from pytracker.rotation import Array
+from pytracker.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, InitialEntry, SkeletonEntry
+from pytracker.skeleton import Skeleton
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["load_body"]
+
+POOR_FIT_PX = 15.0
+"""A weak-perspective fit worse than this is no fit."""
+
+
+def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
+    """What `path`, read as `entry`, says. Raises `InputError`."""
+    camera_entry = entry.camera[0]
+    skeleton, skeleton_file = _skeleton(folder, path, entry.skeleton)
+    view = _view(folder, path, camera_entry)
+    truth, poses, warnings = None, None, ()
+    if entry.truth is not None:
+        truth, poses, warnings = _truth(folder, path, entry.truth, skeleton)
+    initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
+    _check_in_view(path, skeleton, initial, view)
+    names = [camera_entry.video, camera_entry.background, camera_entry.points]
+    names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
+    files = [folder / name for name in names if name is not None]
+    return BodyRecording(
+        view=view,
+        skeleton=skeleton,
+        initial=initial,
+        truth=truth,
+        poses=poses,
+        folder=folder,
+        files=(path, *files, *skeleton_file),
+        warnings=warnings,
+    )
+
+
+def _skeleton(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton, tuple[Path, ...]]:
+    if (entry.file is None) == (entry.height_m is None):
+        raise InputError(f"{path}: [skeleton] has {'both' if entry.file else 'neither'}, expected file or height_m")
+    if entry.height_m is not None:
+        return average_skeleton(entry.height_m), ()
+    assert entry.file is not None
+    return read_asf(folder / entry.file), (folder / entry.file,)
+
+
+def _view(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
+    given = [name for name in ("points", "affine", "matrix") if getattr(entry, name) is not None]
+    if len(given) != 1:
+        raise InputError(f"{path}: camera[0] has {' and '.join(given) or 'none'}, expected one of points, affine, matrix")
+    fit: ProjectionFit | None = None
+    camera: WeakPerspective | Camera
+    if entry.points is not None:
+        fit = fit_weak_perspective(*read_points(folder / entry.points))
+        if fit.rmse.max() > POOR_FIT_PX:
+            raise InputError(
+                f"{folder / entry.points}: the points fit weak perspective to {fit.rmse[0]:.1f} and {fit.rmse[1]:.1f} px, "
+                f"expected at most {POOR_FIT_PX:.0f} px: check their order and units"
+            )
+        camera = camera_of(fit)
+    elif entry.affine is not None:
+        camera = _affine(path, entry.affine)
+    else:
+        camera = _pinhole(path, entry)
+    file = folder / entry.video
+    info = video.probe(file)
+    background = folder / entry.background if entry.background else None
+    if background is not None:
+        size = video.probe(background)
+        if (size.width, size.height) != (info.width, info.height):
+            raise InputError(
+                f"{background}: is {size.width} x {size.height} px, expected {info.width} x {info.height} as {file}"
+            )
+    return BodyView(camera=camera, video=file, start_s=entry.start_s, background=background, fit=fit)
+
+
+def _affine(path: Path, rows: tuple[tuple[float, ...], tuple[float, ...]]) -> WeakPerspective:
+    """2x3 (x, y, constant) or 2x4 (x, y, z, constant)."""
+    widths = [len(row) for row in rows]
+    if widths not in ([3, 3], [4, 4]):
+        raise InputError(f"{path}: camera[0].affine has rows of {widths} numbers, expected 2 x 3 or 2 x 4")
+    u, v = (row if len(row) == 4 else (row[0], row[1], 0.0, row[2]) for row in rows)
+    return WeakPerspective(affine=(u, v))  # type: ignore[arg-type]
+
+
+def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
+    if entry.matrix is None or entry.rotation is None or entry.translation_m is None:
+        missing = [name for name in ("rotation", "translation_m") if getattr(entry, name) is None]
+        raise InputError(f"{path}: camera[0].{missing[0]} is missing beside matrix")
+    camera = Camera(
+        matrix=entry.matrix, rotation=entry.rotation, translation_m=entry.translation_m, distortion=entry.distortion
+    )
+    try:
+        check_camera(camera)
+    except InputError as error:
+        raise InputError(f"{path}: camera[0]: {error}") from None
+    return camera
+
+
+def _truth(
+    folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton
+) -> tuple[Truth, Array, tuple[str, ...]]:
+    file = folder / entry.file
+    if file.suffix.lower() != ".amc":
+        raise InputError(f"{path}: truth.file is {entry.file!r}, expected an .amc motion")
+    motion = read_amc(file, skeleton)
+    time_s = np.arange(len(motion.poses)) / entry.rate_hz + entry.offset_s
+    return Truth(time_s=time_s, joints_m=skeleton.joints(motion.poses)), motion.poses, motion.warnings
+
+
+def _initial(
+    folder: Path,
+    path: Path,
+    entry: InitialEntry | None,
+    skeleton: Skeleton,
+    view: BodyView,
+    truth: Truth | None,
+    poses: Array | None,
+) -> Array:
+    """The pose at the first frame: as said, else the truth's at that time."""
+    if entry is not None and entry.angles is not None:
+        if entry.frame is not None:
+            raise InputError(f"{path}: [initial] has angles and frame, expected one of them")
+        return _angles(folder / entry.angles, skeleton)
+    if truth is None or poses is None:
+        raise InputError(f"{path}: has no [initial] angles and no [truth], expected one to know the first pose")
+    if entry is not None and entry.frame is not None:
+        if entry.frame >= len(poses):
+            raise InputError(f"{path}: initial.frame is {entry.frame}, expected below {len(poses)}, the truth's frames")
+        return poses[entry.frame]
+    if not truth.time_s[0] - 1e-9 <= view.start_s <= truth.time_s[-1]:
+        raise InputError(
+            f"{path}: the video starts at {view.start_s:.3f} s and the truth covers {truth.time_s[0]:.3f} to "
+            f"{truth.time_s[-1]:.3f} s, expected it to cover the first frame, or [initial]"
+        )
+    return poses[int(np.argmin(np.abs(truth.time_s - view.start_s)))]
+
+
+def _angles(file: Path, skeleton: Skeleton) -> Array:
+    """`bone_dof = degrees` (root_tx, root_ty, root_tz: metres); what is not named is 0."""
+    if not file.is_file():
+        raise InputError(f"{file}: no such file, expected the first pose: lines of bone_dof = degrees")
+    try:
+        values = tomllib.loads(file.read_text("utf-8-sig"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{file}: is not TOML: {error}") from None
+    pose = np.zeros(len(skeleton.channels))
+    for name, value in values.items():
+        if name not in skeleton.channels:
+            raise InputError(f"{file}: {name} is no channel of the skeleton, expected such as {skeleton.channels[-1]}")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            raise InputError(f"{file}: {name} is {value!r}, expected a finite number (degrees; root_tx, ty, tz: metres)")
+        is_length = name.split("_")[-1].startswith("t")
+        pose[skeleton.channels.index(name)] = value if is_length else math.radians(value)
+    return pose
+
+
+def _check_in_view(path: Path, skeleton: Skeleton, initial: Array, view: BodyView) -> None:
+    """The first pose must be in the picture."""
+    info = video.probe(view.video)
+    joints = skeleton.joints(initial[None])
+    pixels = view.camera.project(np.concatenate([joints["root"], joints["head"]]))
+    for name, (u, v) in zip(("root", "head"), pixels, strict=True):
+        if not (-0.5 * info.width <= u <= 1.5 * info.width and -0.5 * info.height <= v <= 1.5 * info.height):
+            raise InputError(
+                f"{path}: at the first frame the {name} is seen at ({u:.0f}, {v:.0f}) px, expected in or near the "
+                f"{info.width} x {info.height} px of {view.video}: check camera, skeleton and first pose"
+            )

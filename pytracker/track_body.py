@@ -1,0 +1,170 @@
+"""A body's recording to a `BodyTrack`: frames decoded, evidence extracted, particles weighed, in constant memory."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker._core import KEY_JOINTS, BodyEstimate, BodyTracker, TrackingError
+from pytracker.body_methods import BodyMethod
+from pytracker.evidence.sightings import Progress
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
+from pytracker.formats.video import frames
+from pytracker.joint_track import JointTrack, Track
+from pytracker.recording import BodyRecording
+from pytracker.rotation import Array
+from pytracker.skeleton import UPPER_BODY, upper_body_parts
+
+__all__ = ["BodyTrack", "make_tracker", "silhouette_of", "track_body"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyTrack(Track):
+    """What a method made of a body's recording; joints are the paper's eight key joints.
+
+    Attributes:
+        method: the method with its parameters.
+        recording: what was tracked.
+        poses: expected pose of every frame `(T, C)`, m and rad, in the order of `recording.skeleton.channels`.
+        free: names of the channels that were tracked `(D,)`.
+        angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad.
+        blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
+    """
+
+    method: BodyMethod
+    recording: BodyRecording
+    poses: Array
+    free: tuple[str, ...]
+    angles: Array
+    blobs: Array
+
+
+def make_tracker(recording: BodyRecording, method: BodyMethod, seed: int = 0) -> BodyTracker:
+    """The online tracker of this body, at its first pose. Raises `InputError`."""
+    skeleton = recording.skeleton
+    return BodyTracker(
+        skeleton.core,
+        recording.initial.tolist(),
+        skeleton.columns(method.free or UPPER_BODY),
+        skeleton.limits_rad,
+        list(upper_body_parts()),
+        recording.view.camera,
+        method,
+        seed,
+    )
+
+
+def silhouette_of(recording: BodyRecording) -> Silhouette:
+    """The extractor of evidence for this recording; without a background it takes the median over the video."""
+    view = recording.view
+    root = recording.skeleton.joints(recording.initial[None])["root"]
+    background = read_background(view.background) if view.background else median_background(frames(view.video))
+    return Silhouette(background, float(view.camera.px_per_m(root)[0]))
+
+
+def track_body(
+    recording: BodyRecording,
+    method: BodyMethod,
+    seed: int = 0,
+    *,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> BodyTrack:
+    """Track a body: see `pytracker.track`."""
+    began = time.perf_counter()
+    silhouette = silhouette_of(recording)
+    tracker = make_tracker(recording, method, seed)
+    stage_s = {"background": time.perf_counter() - began, "evidence": 0.0, "filter": 0.0}
+    estimates: list[BodyEstimate] = []
+    times: list[float] = []
+    lost = ""
+    for frame_time_s, evidence in _ahead(recording, silhouette, stage_s):
+        times.append(frame_time_s)
+        if lost:
+            continue
+        at = time.perf_counter()
+        try:
+            estimates.append(tracker.update(frame_time_s, evidence.edges, evidence.blobs, threads=threads))
+        except TrackingError as error:
+            lost = f"frame {len(times) - 1}: {error}"
+        stage_s["filter"] += time.perf_counter() - at
+        if progress is not None and len(times) % 30 == 0:
+            progress("track", len(times))
+    if not estimates:
+        raise TrackingError(lost)
+    track = _assemble(recording, method, seed, tracker, np.array(times), estimates, stage_s, lost)
+    if lost:
+        error = TrackingError(lost)
+        error.track = track
+        raise error
+    return track
+
+
+def _ahead(
+    recording: BodyRecording, silhouette: Silhouette, stage_s: dict[str, float]
+) -> Iterator[tuple[float, BodyEvidence]]:
+    """Time and evidence of every frame, one frame ahead of whoever asks: decoding and OpenCV let the interpreter go."""
+    source = frames(recording.view.video)
+
+    def work() -> tuple[float, BodyEvidence] | None:
+        at = time.perf_counter()
+        frame = next(source, None)
+        found = None if frame is None else (frame.time_s + recording.view.start_s, silhouette(frame.image))
+        stage_s["evidence"] += time.perf_counter() - at
+        return found
+
+    with ThreadPoolExecutor(1) as pool:
+        coming = pool.submit(work)
+        while (found := coming.result()) is not None:
+            coming = pool.submit(work)
+            yield found
+
+
+def _assemble(
+    recording: BodyRecording,
+    method: BodyMethod,
+    seed: int,
+    tracker: BodyTracker,
+    time_s: Array,
+    estimates: list[BodyEstimate],
+    stage_s: dict[str, float],
+    lost: str,
+) -> BodyTrack:
+    """Rows for every frame: those that were not tracked hold NaN and a reason."""
+    frames_count = len(time_s)
+
+    def rows(values: Array) -> Array:
+        out = np.full((frames_count, *values.shape[1:]), np.nan)
+        out[: len(values)] = values
+        return out
+
+    joints = rows(np.array([estimate.joints for estimate in estimates]))
+    angles = rows(np.array([estimate.state for estimate in estimates]))
+    blobs = rows(np.array([estimate.blobs for estimate in estimates]))
+    evidence = [np.nan if estimate.log_evidence is None else estimate.log_evidence for estimate in estimates]
+    reason = ["" if seen else "no skin blob" for seen in np.isfinite(blobs).any(axis=(1, 2))]
+    reason[len(estimates) :] = ["the track was lost before"] * (frames_count - len(estimates))
+    return BodyTrack(
+        method=method,
+        recording=recording,
+        seed=seed,
+        time_s=time_s,
+        joints={
+            joint: JointTrack(*(np.ascontiguousarray(joints[:, quantity, j]) for quantity in range(5)))
+            for j, joint in enumerate(KEY_JOINTS)
+        },
+        ess=rows(np.array([estimate.ess for estimate in estimates])),
+        log_evidence=rows(np.array(evidence)),
+        valid=np.array([not words for words in reason]),
+        reason=tuple(reason),
+        poses=rows(tracker.poses(np.ascontiguousarray(angles[: len(estimates), 0]))),
+        free=method.free or UPPER_BODY,
+        angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
+        blobs=blobs,
+        stage_s=stage_s,
+        lost=lost,
+    )

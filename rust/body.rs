@@ -1,0 +1,24 @@
+//! Body tracking: the upper body of a skeleton, seen by one camera.
+//!
+//! Li & Kulić, "Particle filter based human motion tracking", ICARCV 2010. Equation numbers here are theirs. The state
+//! is any subset of the skeleton's channels; 11 of them are the paper's upper body.
+//!
+//! | file | paper |
+//! |---|---|
+//! | [`model`] | IV-A1: the sub-model and its kinematics, many particles at once |
+//! | [`figure`] | IV-A2: the outer shape, the key joints, the limits of joints |
+//! | [`edges`] | eq. (4): the edge cue |
+//! | [`skin`] | the distance cue: blobs given to head and hands |
+//! | [`cues`] | IV-C2: weights; and the same cues on a fixed scale |
+//! | [`tracker`] | IV-C: the online tracker, lists of layers |
+
+pub mod cues;
+pub mod edges;
+pub mod figure;
+mod lanes;
+pub mod model;
+pub mod skin;
+pub mod tracker;
+
+pub use figure::{Figure, Group, KEY_JOINTS, Part};
+pub use tracker::{BodyEstimate, BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Weighing};

@@ -1,0 +1,156 @@
+//! The tracked figure: the sub-model, its key joints, its outer shape as a table of parts, and the limits of its joints.
+
+use super::model::{Place, SubModel};
+use crate::skeleton::{Channel, Skeleton};
+use crate::{Error, Result, error::require};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// The joints whose error Li & Kulić report, in the order of every estimate: (name, bone, along it).
+pub const KEY_JOINTS: [(&str, &str, f64); 8] = [
+    ("root", "root", 0.0),
+    ("head", "head", 1.0),
+    ("left_shoulder", "lhumerus", 0.0),
+    ("right_shoulder", "rhumerus", 0.0),
+    ("left_elbow", "lhumerus", 1.0),
+    ("right_elbow", "rhumerus", 1.0),
+    ("left_wrist", "lradius", 1.0),
+    ("right_wrist", "rradius", 1.0),
+];
+
+/// What wears skin: ends of the line whose middle the blob shows: (bone, along) twice.
+const SKIN: [[(&str, f64); 2]; 3] =
+    [[("upperneck", 0.0), ("head", 1.0)], [("lhand", 0.6), ("lhand", 0.6)], [("rhand", 0.6), ("rhand", 0.6)]];
+
+/// Which of the body a column or a part belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Group {
+    /// Everything but the arms.
+    Torso,
+    /// What hangs on the left clavicle.
+    LeftArm,
+    /// What hangs on the right clavicle.
+    RightArm,
+}
+
+impl Group {
+    /// `torso`, `left_arm` or `right_arm`.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn from_name(name: &str) -> Result<Self> {
+        match name {
+            "torso" => Ok(Self::Torso),
+            "left_arm" => Ok(Self::LeftArm),
+            "right_arm" => Ok(Self::RightArm),
+            _ => Err(Error::UnknownName { what: "group", name: name.into(), known: "torso, left_arm, right_arm" }),
+        }
+    }
+
+    fn of(skeleton: &Skeleton, bone: usize) -> Self {
+        let mut next = Some(bone);
+        while let Some(b) = next {
+            match skeleton.bones()[b].name.as_str() {
+                "lclavicle" | "lhumerus" => return Self::LeftArm,
+                "rclavicle" | "rhumerus" => return Self::RightArm,
+                _ => next = skeleton.bones()[b].parent,
+            }
+        }
+        Self::Torso
+    }
+
+    /// The wearer of skin ([`super::skin::WEARERS`]) that belongs to it.
+    pub fn wearer(self) -> usize {
+        self as usize
+    }
+}
+
+/// A part of the outer shape: a rectangle about a line between two places.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Where it starts: bone, along it.
+    pub start: (String, f64),
+    /// Where it ends.
+    pub end: (String, f64),
+    /// Half-width at either end, m.
+    pub half_width_m: [f64; 2],
+}
+
+/// A part, ready: indices of its ends among the points of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Limb {
+    /// Point at which it starts.
+    pub start: usize,
+    /// Point at which it ends.
+    pub end: usize,
+    /// Half-width at either end, m.
+    pub half_width_m: [f64; 2],
+    /// What it belongs to.
+    pub group: Group,
+}
+
+/// The figure that particles pose.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Figure {
+    /// Its kinematics; the first eight points are the key joints, the next six the ends of what wears skin.
+    pub model: SubModel,
+    /// Its outer shape.
+    pub limbs: Vec<Limb>,
+    /// Group of every column of the state.
+    pub groups: Vec<Group>,
+    /// What every column of the state is.
+    pub channels: Vec<(usize, Channel)>,
+    /// Limits of every column, rad, widened to hold the pose it starts from; infinite where there are none.
+    pub limits: Vec<[f64; 2]>,
+}
+
+impl Figure {
+    /// `pose` `(C,)` is where it starts and what stays fixed, `free` `(D,)` the channels of the state, `limits` `(C,)`
+    /// those of every channel (rad, infinite for none).
+    ///
+    /// # Errors
+    /// [`Error::Skeleton`] for a bone that is not there, [`Error::Size`], [`Error::Parameter`].
+    pub fn new(skeleton: &Skeleton, pose: &[f64], free: &[usize], limits: &[[f64; 2]], parts: &[Part]) -> Result<Self> {
+        let place = |bone: &str, along: f64| Ok(Place { bone: skeleton.bone(bone)?, along });
+        let mut places = KEY_JOINTS.iter().map(|(_, bone, along)| place(bone, *along)).collect::<Result<Vec<_>>>()?;
+        for (bone, along) in SKIN.iter().flatten() {
+            places.push(place(bone, *along)?);
+        }
+        let mut limbs = Vec::with_capacity(parts.len());
+        for part in parts {
+            for half_width in part.half_width_m {
+                let expected = "a positive length in metres, at most 1";
+                require(half_width > 0.0 && half_width <= 1.0, "half_width_m", half_width, expected)?;
+            }
+            let mut index = |(bone, along): &(String, f64)| {
+                let wanted = place(bone, *along)?;
+                let known = places.iter().position(|p| *p == wanted);
+                Ok::<_, Error>(known.unwrap_or_else(|| {
+                    places.push(wanted);
+                    places.len() - 1
+                }))
+            };
+            let (start, end) = (index(&part.start)?, index(&part.end)?);
+            let group = Group::of(skeleton, skeleton.bone(&part.end.0)?);
+            limbs.push(Limb { start, end, half_width_m: part.half_width_m, group });
+        }
+        let channels: Vec<_> = skeleton.channels().collect();
+        let model = SubModel::new(skeleton, pose, free, &places)?;
+        if limits.len() != channels.len() {
+            return Err(Error::Size { name: "limits", got: limits.len(), unit: "channels", expected: channels.len() });
+        }
+        let widened = |c: &usize| [limits[*c][0].min(pose[*c]), limits[*c][1].max(pose[*c])];
+        Ok(Self {
+            limbs,
+            groups: free.iter().map(|c| Group::of(skeleton, channels[*c].0)).collect(),
+            channels: free.iter().map(|c| channels[*c]).collect(),
+            limits: free.iter().map(widened).collect(),
+            model,
+        })
+    }
+
+    /// Key joints of a state, world, m.
+    pub fn key_joints(points: &[[f64; 3]]) -> [Vector3<f64>; KEY_JOINTS.len()] {
+        std::array::from_fn(|j| Vector3::from(points[j]))
+    }
+}

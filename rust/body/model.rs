@@ -1,0 +1,378 @@
+//! Any subset of a skeleton's channels as a state, and its forward kinematics for many particles at once.
+//!
+//! What does not move with the state is multiplied out beforehand: bones become *segments*, one for each joint that the
+//! state turns, and the wanted points sit still in a segment's frame. So a particle costs what its free channels cost.
+
+use super::lanes::{LANES, Lanes};
+use crate::particles::Block;
+use crate::skeleton::{Channel, Skeleton};
+use crate::{Error, Result};
+use multiversion::multiversion;
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// A place on a bone.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Index of the bone.
+    pub bone: usize,
+    /// 0 at its start, 1 at its end.
+    pub along: f64,
+}
+
+/// Where a number of a segment comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum Source {
+    Fixed(f64),
+    /// Column of the state.
+    Free(usize),
+}
+
+/// A joint that moves, and all that hangs on it up to the next that does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Segment {
+    /// The segment that it hangs on; `None` for the root.
+    parent: Option<usize>,
+    /// Its joint's place in the parent's frame, m; for the root, in the world, from the state.
+    origin: [Source; 3],
+    /// The joint's frame within the parent's.
+    frame: Matrix3<f64>,
+    /// Turns, the last applied first: (axis, angle).
+    turns: Vec<(usize, Source)>,
+}
+
+/// A sub-model: the skeleton, the pose that it keeps, and what is free of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SubModel {
+    segments: Vec<Segment>,
+    /// Where the wanted points sit: segment, place in its frame.
+    points: Vec<(usize, Vector3<f64>)>,
+    pose: Vec<f64>,
+    free: Vec<usize>,
+}
+
+/// How a bone sits in the frame of its segment.
+struct Rigid {
+    segment: usize,
+    rotation: Matrix3<f64>,
+    start: Vector3<f64>,
+    end: Vector3<f64>,
+}
+
+impl SubModel {
+    /// `pose` `(C,)` is kept where it is not free, `free` `(D,)` are indices of channels, `points` `(P,)` what is wanted.
+    ///
+    /// # Errors
+    /// [`Error::Size`] for a pose of another length or a channel that is not there.
+    pub fn new(skeleton: &Skeleton, pose: &[f64], free: &[usize], points: &[Place]) -> Result<Self> {
+        let expected = skeleton.channels().count();
+        if pose.len() != expected {
+            return Err(Error::Size { name: "pose", got: pose.len(), unit: "values", expected });
+        }
+        if let Some(got) = free.iter().find(|channel| **channel >= expected) {
+            return Err(Error::Size { name: "free", got: *got, unit: "as a channel", expected });
+        }
+        let mut model = Self { segments: Vec::new(), points: Vec::new(), pose: pose.to_vec(), free: free.to_vec() };
+        let mut rigid: Vec<Rigid> = Vec::with_capacity(skeleton.bones().len());
+        let mut first_channel = 0;
+        for bone in skeleton.bones() {
+            let source = |index: usize| {
+                let column = free.iter().position(|f| *f == index);
+                column.map_or(Source::Fixed(pose[index]), Source::Free)
+            };
+            let (mut shift, mut angles) = ([Source::Fixed(0.0); 3], [Source::Fixed(0.0); 3]);
+            for (k, channel) in bone.channels.iter().enumerate() {
+                match channel {
+                    Channel::Translation(axis) => shift[*axis] = source(first_channel + k),
+                    Channel::Rotation(axis) => angles[*axis] = source(first_channel + k),
+                }
+            }
+            first_channel += bone.channels.len();
+            let joint = Joint { order: bone.order, angles };
+            let parent = bone.parent.map(|p| &rigid[p]);
+            let placed = match parent {
+                Some(parent) if joint.is_fixed() => {
+                    let rotation = parent.rotation * bone.frame * joint.matrix() * bone.frame.transpose();
+                    let end = parent.end + rotation * bone.reach;
+                    Rigid { segment: parent.segment, rotation, start: parent.end, end }
+                }
+                _ => {
+                    let (frame, origin) = match parent {
+                        None => (bone.frame, shift),
+                        Some(p) => (p.rotation * bone.frame, p.end.data.0[0].map(Source::Fixed)),
+                    };
+                    let turns = joint.turns();
+                    model.segments.push(Segment { parent: parent.map(|p| p.segment), origin, frame, turns });
+                    let rotation = bone.frame.transpose();
+                    let (segment, end) = (model.segments.len() - 1, rotation * bone.reach);
+                    Rigid { segment, rotation, start: Vector3::zeros(), end }
+                }
+            };
+            rigid.push(placed);
+        }
+        model.points = points
+            .iter()
+            .map(|place| {
+                let bone = &rigid[place.bone];
+                (bone.segment, bone.start + (bone.end - bone.start) * place.along)
+            })
+            .collect();
+        model.drop_unused();
+        Ok(model)
+    }
+
+    /// How many columns the state has.
+    pub fn dim(&self) -> usize {
+        self.free.len()
+    }
+
+    /// How many points are wanted.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether no point is wanted.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// The state of the pose that it was made with, `(D,)`.
+    pub fn start(&self) -> Vec<f64> {
+        self.free.iter().map(|channel| self.pose[*channel]).collect()
+    }
+
+    /// The whole pose `(C,)` of a state `(D,)`.
+    pub fn pose(&self, state: &[f64]) -> Vec<f64> {
+        let mut pose = self.pose.clone();
+        for (channel, value) in self.free.iter().zip(state) {
+            pose[*channel] = *value;
+        }
+        pose
+    }
+
+    /// Leave out segments that carry no point, such as legs that nobody asks for.
+    fn drop_unused(&mut self) {
+        let mut is_used = vec![false; self.segments.len()];
+        for (segment, _) in &self.points {
+            let mut next = Some(*segment);
+            while let Some(s) = next {
+                is_used[s] = true;
+                next = self.segments[s].parent;
+            }
+        }
+        let new: Vec<usize> = is_used
+            .iter()
+            .scan(0, |count, used| {
+                *count += usize::from(*used);
+                Some(count.saturating_sub(1))
+            })
+            .collect();
+        let mut kept = is_used.iter();
+        self.segments.retain(|_| *kept.next().unwrap_or(&true));
+        for segment in &mut self.segments {
+            segment.parent = segment.parent.map(|p| new[p]);
+        }
+        for (segment, _) in &mut self.points {
+            *segment = new[*segment];
+        }
+    }
+
+    /// Points of the particles `first..first + count` of a block, m: into `out`, `(P, 3, count)` flattened.
+    ///
+    /// # Panics
+    /// When the block has fewer columns or particles, or `out` another length.
+    pub fn points(&self, block: Block<'_>, first: usize, count: usize, out: &mut [f64]) {
+        assert_eq!(out.len(), self.points.len() * 3 * count, "three coordinates a point and particle");
+        let columns: Vec<&[f64]> = (0..self.dim()).map(|d| &block.column(d)[first..first + count]).collect();
+        let mut frames = vec![Frame::world(); self.segments.len()];
+        forward(&self.segments, &self.points, &columns, count, &mut frames, out);
+    }
+}
+
+/// The turns of a bone's joint.
+struct Joint {
+    order: [usize; 3],
+    angles: [Source; 3],
+}
+
+impl Joint {
+    fn is_fixed(&self) -> bool {
+        self.angles.iter().all(|angle| matches!(angle, Source::Fixed(_)))
+    }
+
+    fn matrix(&self) -> Matrix3<f64> {
+        let angle = |source: Source| if let Source::Fixed(x) = source { x } else { 0.0 };
+        crate::skeleton::fixed_axes_rotation(self.angles.map(angle), self.order)
+    }
+
+    /// The last applied first, without those that do nothing.
+    fn turns(&self) -> Vec<(usize, Source)> {
+        let all = self.order.iter().rev().map(|axis| (*axis, self.angles[*axis]));
+        all.filter(|(_, source)| *source != Source::Fixed(0.0)).collect()
+    }
+}
+
+/// Rotation (rows) and origin of a segment.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    rotation: [[Lanes; 3]; 3],
+    origin: [Lanes; 3],
+}
+
+impl Frame {
+    fn world() -> Self {
+        let number = |r: usize, c: usize| Lanes::splat(if r == c { 1.0 } else { 0.0 });
+        Self {
+            rotation: std::array::from_fn(|r| std::array::from_fn(|c| number(r, c))),
+            origin: [Lanes::splat(0.0); 3],
+        }
+    }
+
+    #[inline(always)]
+    fn at(&self, point: &Vector3<f64>) -> [Lanes; 3] {
+        std::array::from_fn(|r| {
+            let [x, y, z] = self.rotation[r];
+            self.origin[r] + x * Lanes::splat(point.x) + y * Lanes::splat(point.y) + z * Lanes::splat(point.z)
+        })
+    }
+
+    #[inline(always)]
+    fn turned(mut self, axis: usize, (sin, cos): (Lanes, Lanes)) -> Self {
+        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+        for row in &mut self.rotation {
+            (row[j], row[k]) = (row[j] * cos + row[k] * sin, row[k] * cos - row[j] * sin);
+        }
+        self
+    }
+}
+
+/// Forward kinematics of `count` particles, [`LANES`] at a time.
+#[multiversion(targets("x86_64+avx2"))]
+fn forward(
+    segments: &[Segment],
+    points: &[(usize, Vector3<f64>)],
+    columns: &[&[f64]],
+    count: usize,
+    frames: &mut [Frame],
+    out: &mut [f64],
+) {
+    for first in (0..count).step_by(LANES) {
+        let wide = (count - first).min(LANES);
+        let value = |source: Source| match source {
+            Source::Fixed(x) => Lanes::splat(x),
+            Source::Free(column) => {
+                let numbers = &columns[column][first..first + wide];
+                // The last few particles are computed with copies of the last.
+                match <[f64; LANES]>::try_from(numbers) {
+                    Ok(numbers) => Lanes(numbers),
+                    Err(_) => Lanes(std::array::from_fn(|i| numbers[i.min(wide - 1)])),
+                }
+            }
+        };
+        for s in 0..segments.len() {
+            let segment = &segments[s];
+            let parent = segment.parent.map_or_else(Frame::world, |p| frames[p]);
+            let m = &segment.frame;
+            let origin = segment.origin.map(value);
+            let along = |row: [Lanes; 3]| row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2];
+            let mut frame = Frame {
+                rotation: std::array::from_fn(|r| {
+                    let [x, y, z] = parent.rotation[r];
+                    std::array::from_fn(|c| {
+                        x * Lanes::splat(m[(0, c)]) + y * Lanes::splat(m[(1, c)]) + z * Lanes::splat(m[(2, c)])
+                    })
+                }),
+                origin: std::array::from_fn(|r| parent.origin[r] + along(parent.rotation[r])),
+            };
+            for (axis, source) in &segment.turns {
+                let turn = match source {
+                    Source::Fixed(angle) => (Lanes::splat(angle.sin()), Lanes::splat(angle.cos())),
+                    Source::Free(_) => value(*source).sin_cos(),
+                };
+                frame = frame.turned(*axis, turn);
+            }
+            frames[s] = frame;
+        }
+        for (p, (segment, place)) in points.iter().enumerate() {
+            for (d, lanes) in frames[*segment].at(place).iter().enumerate() {
+                let start = (3 * p + d) * count + first;
+                out[start..start + wide].copy_from_slice(&lanes.0[..wide]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::particles::ParticleSet;
+    use crate::rng::Streams;
+    use crate::skeleton::{Bone, fixed_axes_rotation};
+    use rand::RngExt;
+
+    /// A root with six channels and three chains of bones with odd frames, orders and channels.
+    fn skeleton() -> Skeleton {
+        let all = [0, 1, 2].map(Channel::Rotation);
+        let root = [[0, 1, 2].map(Channel::Translation), all].concat();
+        let bone = |name: &str, parent, channels: &[Channel], k: f64, order| Bone {
+            name: name.into(),
+            parent,
+            reach: Vector3::new(0.1 + 0.05 * k, -0.2 * k, 0.1 * k * k),
+            frame: fixed_axes_rotation([0.3 * k, -0.5 * k, 0.9 - k], [0, 1, 2]),
+            order,
+            channels: channels.to_vec(),
+        };
+        let mut first = bone("root", None, &root, 0.0, [0, 1, 2]);
+        first.reach = Vector3::zeros();
+        Skeleton::new(vec![
+            first,
+            bone("spine", Some(0), &all, 0.4, [0, 1, 2]),
+            bone("still", Some(1), &[], 0.5, [0, 1, 2]),
+            bone("upper", Some(2), &all, 0.8, [2, 0, 1]),
+            bone("lower", Some(3), &[Channel::Rotation(1)], 1.1, [0, 1, 2]),
+            bone("leg", Some(0), &all[..2], -0.7, [0, 2, 1]),
+        ])
+        .unwrap()
+    }
+
+    /// Any subset of channels gives what the plain kinematics of the whole pose gives.
+    #[test]
+    fn any_sub_model_agrees_with_the_whole_skeleton() {
+        let skeleton = skeleton();
+        let channels = skeleton.channels().count();
+        let mut rng = Streams::new(1, 2, 3).block(0);
+        for case in 0..40_u32 {
+            let pose: Vec<f64> = (0..channels).map(|_| rng.random::<f64>() * 4.0 - 2.0).collect();
+            let free: Vec<usize> =
+                (0..channels).filter(|c| case == 0 || (c + case as usize).is_multiple_of(3)).collect();
+            let places: Vec<Place> = if case % 2 == 0 {
+                (0..6).flat_map(|bone| [0.0, 0.3, 1.0].map(|along| Place { bone, along })).collect()
+            } else {
+                vec![Place { bone: 4, along: 1.0 }]
+            };
+            let model = SubModel::new(&skeleton, &pose, &free, &places).unwrap();
+            let mut set = ParticleSet::new(11, free.len()).unwrap();
+            set.for_each_block(|_, mut block| {
+                for d in 0..free.len() {
+                    for (i, x) in block.column_mut(d).iter_mut().enumerate() {
+                        *x = model.start()[d] + 0.1 * i as f64;
+                    }
+                }
+            });
+            let (first, count) = (2, 9);
+            let mut out = vec![0.0; places.len() * 3 * count];
+            model.points(set.blocks().next().unwrap(), first, count, &mut out);
+            let rows = set.rows();
+            for i in 0..count {
+                let state = &rows[(first + i) * free.len()..(first + i + 1) * free.len()];
+                let posed = skeleton.pose(&model.pose(state)).unwrap();
+                for (p, place) in places.iter().enumerate() {
+                    let expected = posed.starts[place.bone].lerp(&posed.ends[place.bone], place.along);
+                    for d in 0..3 {
+                        assert!((out[(3 * p + d) * count + i] - expected[d]).abs() < 1e-13, "case {case}");
+                    }
+                }
+            }
+        }
+    }
+}

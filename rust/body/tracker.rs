@@ -1,0 +1,357 @@
+//! The online tracker of the body: an image's evidence in, a pose with error bars out.
+//!
+//! | method | layers |
+//! |---|---|
+//! | plain (Li & Kulić) | [zero-order, edges and skin rescaled over the set] |
+//! | annealed | [diffusion, cues] k times: flat to sharp, the diffusion shrinking |
+//! | partitioned | [torso] [left arm] [right arm] |
+
+use super::cues::{FixedScale, Look, Rescaled, Scene};
+use super::edges::EdgeImage;
+use super::figure::{Figure, Group, KEY_JOINTS};
+use super::skin::{Assignment, Blobs};
+use crate::error::require;
+use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
+use crate::particles::{BlockMut, ParticleSet, Summary};
+use crate::projection::Projection;
+use crate::rng::Stream;
+use crate::skeleton::Channel;
+use crate::{Error, Result};
+use rand::RngExt;
+use rand_distr::StandardNormal;
+use serde::{Deserialize, Serialize};
+
+/// One layer: what it moves and what it looks at.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyLayer {
+    /// Groups of columns that diffuse and of parts and blobs that weigh.
+    pub groups: Vec<Group>,
+    /// Share of the diffusion's standard deviation.
+    pub spread: f64,
+    /// Share of the likelihood's sharpness.
+    pub sharpness: f64,
+}
+
+/// How uncertain motion is: zero-order dynamics, per √s.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Diffusion {
+    /// The root's place, m/√s.
+    pub base: f64,
+    /// The root's turns, rad/√s.
+    pub base_turn: f64,
+    /// Turns of back and neck, where they are free, rad/√s.
+    pub trunk: f64,
+    /// Turns of shoulders and elbows, rad/√s.
+    pub joint: f64,
+}
+
+/// How particles are weighed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Weighing {
+    /// As the paper does.
+    Rescaled {
+        /// `A`.
+        base: f64,
+        /// Weight of the edge cue, 0 to 2.
+        alpha: f64,
+        /// How far alpha follows what each cue tells apart, 0 to 1.
+        adapt: f64,
+    },
+    /// On a fixed scale.
+    Fixed {
+        /// Log-likelihood lost by a part that misses every edge.
+        edge_loss: f64,
+    },
+}
+
+/// A method of tracking the body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyMethod {
+    /// How many particles.
+    pub len: usize,
+    /// Applied in order at every frame.
+    pub layers: Vec<BodyLayer>,
+    /// After each layer.
+    pub resampling: Resampling,
+    /// How the body moves.
+    pub diffusion: Diffusion,
+    /// How particles are weighed.
+    pub weighing: Weighing,
+    /// Standard deviation of a blob's centre, m.
+    pub blob_sd_m: f64,
+    /// Standard deviations beyond which a blob says nothing more.
+    pub blob_reach: f64,
+    /// How far from where it was expected a blob may be, m.
+    pub gate_m: f64,
+    /// Whether limits of joints count.
+    pub limits: bool,
+    /// Whether hands in the torso count.
+    pub penetration: bool,
+}
+
+impl BodyMethod {
+    /// Check every range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] naming the first that is out of range.
+    pub fn check(&self) -> Result<()> {
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let zero_or_more = |x: f64| x >= 0.0 && x.is_finite();
+        let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
+        require(zero_or_more(base), "base_density", base, "0 m/√s or more")?;
+        require(zero_or_more(base_turn), "base_turn_density", base_turn, "0 rad/√s or more")?;
+        require(zero_or_more(trunk), "trunk_density", trunk, "0 rad/√s or more")?;
+        require(zero_or_more(joint), "joint_density", joint, "0 rad/√s or more")?;
+        match self.weighing {
+            Weighing::Rescaled { base, alpha, adapt } => {
+                require(base > 1.0 && base.is_finite(), "sharpness", base, "above 1")?;
+                require((0.0..=2.0).contains(&alpha), "alpha", alpha, "0 to 2")?;
+                require((0.0..=1.0).contains(&adapt), "adapt", adapt, "0 to 1")?;
+            }
+            Weighing::Fixed { edge_loss } => {
+                require(zero_or_more(edge_loss), "edge_loss", edge_loss, "0 or more")?;
+            }
+        }
+        require(positive(self.blob_sd_m), "blob_sd_m", self.blob_sd_m, "a positive length in metres")?;
+        require(positive(self.blob_reach), "blob_reach", self.blob_reach, "a positive number")?;
+        require(positive(self.gate_m), "gate_m", self.gate_m, "a positive length in metres")?;
+        if self.layers.is_empty() {
+            return Err(Error::Size { name: "layers", got: 0, unit: "layers", expected: 1 });
+        }
+        for layer in &self.layers {
+            require(zero_or_more(layer.spread), "spread of a layer", layer.spread, "0 or more")?;
+            require(positive(layer.sharpness), "sharpness of a layer", layer.sharpness, "positive")?;
+        }
+        Ok(())
+    }
+
+    fn walk(&self, figure: &Figure, layer: &BodyLayer, elapsed_s: f64) -> Walk {
+        let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
+        let density = |(bone, channel): (usize, Channel), group: Group| match (bone, channel, group) {
+            (_, Channel::Translation(_), _) => base,
+            (0, Channel::Rotation(_), _) => base_turn,
+            (_, _, Group::Torso) => trunk,
+            _ => joint,
+        };
+        let columns = figure.channels.iter().zip(&figure.groups);
+        let sd = columns.map(|(channel, group)| {
+            let moves = layer.groups.contains(group);
+            if moves { density(*channel, *group) * layer.spread * elapsed_s.sqrt() } else { 0.0 }
+        });
+        Walk { sd: sd.collect() }
+    }
+
+    fn weighing<'a>(&'a self, layer: &BodyLayer, scene: Scene<'a>) -> Box<dyn Likelihood + 'a> {
+        let Self { blob_sd_m, blob_reach, limits, penetration, .. } = *self;
+        let look = Look { groups: layer.groups.clone(), blob_sd_m, blob_reach, limits, penetration };
+        match self.weighing {
+            Weighing::Rescaled { base, alpha, adapt } => {
+                let base = base.powf(layer.sharpness);
+                Box::new(Rescaled { scene, look, base, alpha, adapt })
+            }
+            Weighing::Fixed { edge_loss } => {
+                // A cue that is weighed by in several layers is a likelihood in none of them.
+                let looks = |group: &Group| self.layers.iter().filter(|l| l.groups.contains(group)).count();
+                let is_evidence = layer.sharpness == 1.0 && layer.groups.iter().all(|group| looks(group) == 1);
+                Box::new(FixedScale { scene, look, edge_loss, sharpness: layer.sharpness, is_evidence })
+            }
+        }
+    }
+}
+
+/// What a frame shows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyEvidence {
+    /// Detected edges.
+    pub edges: EdgeImage,
+    /// Centres of skin-coloured blobs, px, in no order.
+    pub blobs: Vec<[f64; 2]>,
+}
+
+/// What the tracker knows at one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyEstimate {
+    /// Recording time, s.
+    pub time_s: f64,
+    /// The state, `(D,)`: m and rad.
+    pub state: Summary,
+    /// The key joints, `(8 * 3,)`: world, m.
+    pub joints: Summary,
+    /// The blob that each wearer was given, px.
+    pub blobs: Blobs,
+    /// Effective sample size.
+    pub ess: f64,
+    /// Log evidence, where the weights are likelihoods.
+    pub log_evidence: Option<f64>,
+}
+
+/// Follows one body. Clone or [`BodyTracker::save`] it to resume later with the same bits.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyTracker {
+    figure: Figure,
+    projection: Projection,
+    method: BodyMethod,
+    filter: LayeredFilter,
+    assignment: Assignment,
+    last_frame_s: Option<f64>,
+    lost_at_s: Option<f64>,
+}
+
+impl BodyTracker {
+    /// All particles at the figure's own pose (paper IV-C1).
+    ///
+    /// # Errors
+    /// [`Error::Parameter`], [`Error::Size`].
+    pub fn new(figure: Figure, projection: Projection, method: BodyMethod, seed: u64) -> Result<Self> {
+        method.check()?;
+        let start = figure.model.start();
+        let mut particles = ParticleSet::new(method.len, start.len())?;
+        particles.for_each_block(|_, mut block| {
+            for (d, value) in start.iter().enumerate() {
+                block.column_mut(d).fill(*value);
+            }
+        });
+        let filter = LayeredFilter::new(particles, method.resampling, seed);
+        let assignment = Assignment::new(method.gate_m);
+        Ok(Self { figure, projection, method, filter, assignment, last_frame_s: None, lost_at_s: None })
+    }
+
+    /// The figure.
+    pub fn figure(&self) -> &Figure {
+        &self.figure
+    }
+
+    /// The particles as they stand.
+    pub fn particles(&self) -> &ParticleSet {
+        self.filter.particles()
+    }
+
+    /// Take a frame. The first moves nothing: the figure's pose is the pose there.
+    ///
+    /// # Errors
+    /// [`Error::Late`], [`Error::NotFinite`]; [`Error::AllWeightsZero`], after which it is [`Error::Lost`].
+    pub fn update(&mut self, time_s: f64, evidence: &BodyEvidence) -> Result<BodyEstimate> {
+        self.update_recorded(time_s, evidence, None)
+    }
+
+    /// The same, showing `recorder` every layer.
+    ///
+    /// # Errors
+    /// As [`BodyTracker::update`].
+    pub fn update_recorded(
+        &mut self,
+        time_s: f64,
+        evidence: &BodyEvidence,
+        recorder: Option<&mut dyn Recorder>,
+    ) -> Result<BodyEstimate> {
+        if !time_s.is_finite() {
+            return Err(Error::NotFinite { name: "frame time", time_s, value: time_s });
+        }
+        if let Some(lost_at_s) = self.lost_at_s {
+            return Err(Error::Lost { time_s, lost_at_s });
+        }
+        if let Some(latest_s) = self.last_frame_s.filter(|last| time_s <= *last) {
+            return Err(Error::Late { what: "frame", time_s, latest_s });
+        }
+        let elapsed_s = self.last_frame_s.map_or(0.0, |last| time_s - last);
+        let blobs = self.assign(&evidence.blobs);
+        let scene = Scene { figure: &self.figure, projection: &self.projection, edges: &evidence.edges, blobs };
+        let walks: Vec<Walk> =
+            self.method.layers.iter().map(|layer| self.method.walk(&self.figure, layer, elapsed_s)).collect();
+        let weighings: Vec<Box<dyn Likelihood + '_>> =
+            self.method.layers.iter().map(|layer| self.method.weighing(layer, scene)).collect();
+        let layers: Vec<Layer<'_>> = walks
+            .iter()
+            .zip(&weighings)
+            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing.as_ref()] })
+            .collect();
+        let figure = &self.figure;
+        let estimate = self.filter.cycle(time_s, &layers, recorder, |particles, log_evidence| {
+            let joints = joint_set(figure, particles);
+            let (state, joints) = (particles.summary(particles.dim()), joints.summary(joints.dim()));
+            BodyEstimate { time_s, state, joints, blobs, ess: particles.ess(), log_evidence }
+        });
+        if estimate.is_err() {
+            self.lost_at_s = Some(time_s);
+        }
+        self.last_frame_s = Some(time_s);
+        estimate
+    }
+
+    /// Blobs to wearers, by where the mean of the particles expects them.
+    fn assign(&mut self, candidates: &[[f64; 2]]) -> Blobs {
+        let (mean, _) = self.filter.particles().moments();
+        let mut one = ParticleSet::new(1, mean.len()).expect("one particle");
+        one.for_each_block(|_, mut block| {
+            for (d, value) in mean.iter().enumerate() {
+                block.column_mut(d)[0] = *value;
+            }
+        });
+        let mut points = vec![0.0; self.figure.model.len() * 3];
+        let block = one.blocks().next().expect("one block");
+        self.figure.model.points(block, 0, 1, &mut points);
+        let see = |p: usize| self.projection.see([points[3 * p], points[3 * p + 1], points[3 * p + 2]]);
+        let expected = [0, 1, 2].map(|wearer| {
+            let [a, b] = [0, 1].map(|end| see(KEY_JOINTS.len() + 2 * wearer + end));
+            [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
+        });
+        self.assignment.assign(candidates, &expected, see(0).px_per_m)
+    }
+
+    /// The whole tracker as bytes, for [`BodyTracker::restore`] by the same version.
+    ///
+    /// # Errors
+    /// [`Error::SavedState`] when memory runs out.
+    pub fn save(&self) -> Result<Vec<u8>> {
+        postcard::to_stdvec(self).map_err(|e| Error::SavedState { reason: e.to_string() })
+    }
+
+    /// From [`BodyTracker::save`].
+    ///
+    /// # Errors
+    /// [`Error::SavedState`].
+    pub fn restore(bytes: &[u8]) -> Result<Self> {
+        postcard::from_bytes(bytes).map_err(|e| Error::SavedState { reason: e.to_string() })
+    }
+}
+
+/// Key joints of every particle as columns, with the particles' weights.
+fn joint_set(figure: &Figure, particles: &ParticleSet) -> ParticleSet {
+    let mut scratch = Vec::new();
+    particles.mapped(3 * KEY_JOINTS.len(), |block, out| {
+        let (count, wanted) = (block.len(), 3 * KEY_JOINTS.len());
+        scratch.resize(figure.model.len() * 3 * count, 0.0);
+        figure.model.points(block, 0, count, &mut scratch);
+        for d in 0..wanted {
+            out.column_mut(d).copy_from_slice(&scratch[d * count..(d + 1) * count]);
+        }
+    })
+}
+
+/// The paper's zero-order dynamics (IV-C1): a normal step in every column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Walk {
+    /// Standard deviation of every column.
+    pub sd: Vec<f64>,
+}
+
+impl Transition for Walk {
+    fn propagate(&self, mut block: BlockMut<'_>, rng: &mut Stream) {
+        for (d, sd) in self.sd.iter().enumerate().filter(|(_, sd)| **sd > 0.0) {
+            for x in block.column_mut(d) {
+                let z: f64 = rng.sample(StandardNormal);
+                *x += sd * z;
+            }
+        }
+    }
+
+    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
+        let moved = self.sd.iter().zip(from.iter().zip(to)).filter(|(sd, _)| **sd > 0.0);
+        moved
+            .map(|(sd, (from, to))| {
+                let z = (to - from) / sd;
+                -0.5 * z * z - (sd * std::f64::consts::TAU.sqrt()).ln()
+            })
+            .sum()
+    }
+}

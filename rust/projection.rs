@@ -1,0 +1,96 @@
+//! From the world to the image: weak perspective (Li & Kulić eq. 3) or a pinhole camera.
+
+use crate::camera::Camera;
+use crate::{Error, Result};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// How world points become pixels.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Projection {
+    /// Rows `u` and `v`: px/m along x, y, z, and px. Eq. (3) has no z; a fit may.
+    Weak([[f64; 4]; 2]),
+    /// A calibrated camera.
+    Pinhole(Box<Camera>),
+}
+
+/// A point of the image, px, and how many pixels a metre has there; NaN behind the camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// Right, px.
+    pub u: f64,
+    /// Down, px.
+    pub v: f64,
+    /// Pixels per metre across the viewing direction.
+    pub px_per_m: f64,
+}
+
+impl Projection {
+    /// A weak-perspective matrix, checked.
+    ///
+    /// # Errors
+    /// [`Error::Camera`] where it is not finite or has no extent.
+    pub fn weak(rows: [[f64; 4]; 2]) -> Result<Self> {
+        let fault = |reason: String| Err(Error::Camera { part: "affine", reason });
+        if !rows.iter().flatten().all(|x| x.is_finite()) {
+            return fault(format!("is {rows:?}, expected finite numbers"));
+        }
+        if rows.iter().any(|row| length(row) <= 0.0) {
+            return fault(format!("is {rows:?}, expected px/m that are not all zero in a row"));
+        }
+        Ok(Self::Weak(rows))
+    }
+
+    /// Where a world point, m, is seen.
+    #[inline]
+    pub fn see(&self, [x, y, z]: [f64; 3]) -> Seen {
+        match self {
+            Self::Weak([a, b]) => Seen {
+                u: a[0] * x + a[1] * y + a[2] * z + a[3],
+                v: b[0] * x + b[1] * y + b[2] * z + b[3],
+                px_per_m: 0.5 * (length(a) + length(b)),
+            },
+            Self::Pinhole(camera) => {
+                let world = Vector3::new(x, y, z);
+                let pixel = camera.project(world);
+                let focal = 0.5 * (camera.matrix()[(0, 0)] + camera.matrix()[(1, 1)]);
+                pixel.map_or(Seen { u: f64::NAN, v: f64::NAN, px_per_m: f64::NAN }, |pixel| Seen {
+                    u: pixel.x,
+                    v: pixel.y,
+                    px_per_m: focal / camera.depth(world),
+                })
+            }
+        }
+    }
+}
+
+fn length(row: &[f64; 4]) -> f64 {
+    (row[0] * row[0] + row[1] * row[1] + row[2] * row[2]).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix3;
+
+    #[test]
+    fn weak_perspective_is_eq_3() {
+        let weak = Projection::weak([[100.0, 2.0, 0.0, 160.0], [0.0, -100.0, 0.0, 240.0]]).unwrap();
+        let seen = weak.see([0.5, 1.0, 7.0]);
+        assert_eq!((seen.u, seen.v), (212.0, 140.0));
+        assert!((seen.px_per_m - 100.0).abs() < 0.02);
+        assert!(Projection::weak([[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]).is_err());
+        assert!(Projection::weak([[f64::NAN, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]).is_err());
+    }
+
+    #[test]
+    fn a_metre_shrinks_with_depth() {
+        let matrix = Matrix3::new(500.0, 0.0, 160.0, 0.0, 500.0, 120.0, 0.0, 0.0, 1.0);
+        let camera = Camera::new(matrix, [0.0; 5], Matrix3::identity(), Vector3::zeros()).unwrap();
+        let pinhole = Projection::Pinhole(Box::new(camera));
+        let (at, beside) = (pinhole.see([0.0, 0.0, 4.0]), pinhole.see([1.0, 0.0, 4.0]));
+        assert_eq!(beside.u - at.u, 125.0);
+        assert_eq!(at.px_per_m, 125.0);
+        assert!(pinhole.see([0.0, 0.0, -1.0]).u.is_nan());
+    }
+}
