@@ -51,7 +51,7 @@ from pytracker.recording import (
     WeakPerspective,
 )
 from pytracker.report import write_report
-from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm
+from pytracker.simulate import ArmScene, ArmSimulation, BodyScene, simulate_arm, simulate_body
 from pytracker.skeleton import UPPER_BODY, Bone, Part, Skeleton
 from pytracker.track import track
 from pytracker.track_arm import ArmTrack
@@ -69,6 +69,7 @@ __all__ = [
     "BodyEvidence",
     "BodyPlain",
     "BodyRecording",
+    "BodyScene",
     "BodyTrack",
     "BodyTracker",
     "BodyView",
@@ -119,6 +120,7 @@ __all__ = [
     "sight",
     "silhouette_of",
     "simulate_arm",
+    "simulate_body",
     "track",
     "track_patch",
     "write_amc",

@@ -46,10 +46,10 @@ class SilhouetteParameters:
 
     colour: bool = True
     foreground_level: int = 26
-    shadow_darkest: float = 0.45
-    shadow_chroma: int = 8
+    shadow_darkest: float = 0.5
+    shadow_chroma: int = 3
     open_px: int = 3
-    least_area_m2: float = 0.01
+    least_area_m2: float = 0.003
     canny_low: int = 50
     canny_high: int = 120
     dilate_px: int = 3
@@ -127,8 +127,9 @@ class Silhouette:
         """Evidence of one frame, BGR `(H, W, 3)`. Raises `InputError` for another size than the background's."""
         if image.shape != self.background.shape:
             raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
-        y, cr, cb = cv2.split(cv2.cvtColor(image, cv2.COLOR_BGR2YCrCb))
-        foreground = self._foreground(image, y, cr, cb)
+        smooth = cv2.blur(image, (3, 3))
+        y, cr, cb = cv2.split(cv2.cvtColor(smooth, cv2.COLOR_BGR2YCrCb))
+        foreground = self._foreground(smooth, y, cr, cb)
         edges = self._edges(y, foreground)
         skin, blobs, areas = self._skin(y, cr, cb, foreground)
         return BodyEvidence(foreground, edges, skin, blobs, areas)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pytracker.simulate.arm import ArmScene, ArmSimulation
+from pytracker.simulate.body import BodyScene, simulate_body
 from pytracker.simulate.write import simulate_arm
 
-__all__ = ["ArmScene", "ArmSimulation", "simulate_arm"]
+__all__ = ["ArmScene", "ArmSimulation", "BodyScene", "simulate_arm", "simulate_body"]
