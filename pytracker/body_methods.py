@@ -35,6 +35,8 @@ class BodyMethod(Method):
         blob_sd_m: standard deviation of a blob's centre from the model's, m (fixed scale).
         blob_reach: beyond so many standard deviations a blob says nothing more (fixed scale).
         gate_m: how far from where it was expected a blob may be given to head or hand, m.
+        anew_share: share of the particles whose arm is drawn anew from all that its joints allow, so that a lost arm is
+            found again; 0 is the paper.
         limits: whether limits of joints count, softly.
         penetration: whether elbows and hands inside the torso count against a pose (paper IV-C1).
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
@@ -51,6 +53,7 @@ class BodyMethod(Method):
     blob_sd_m: float = 0.04
     blob_reach: float = 4.0
     gate_m: float = 0.45
+    anew_share: float = 0.0
     limits: bool = True
     penetration: bool = False
     free: tuple[str, ...] = ()
@@ -87,7 +90,7 @@ class _Fixed(BodyMethod):
         edge_loss: log-likelihood lost by a part whose outline misses every edge.
     """
 
-    edge_loss: float = 12.0
+    edge_loss: float = 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,9 +102,11 @@ class Annealed(_Fixed):
 
 @dataclass(frozen=True, kw_only=True)
 class Partitioned(_Fixed):
-    """Partitions: the torso first, then each arm on it (MacCormick & Isard)."""
+    """Partitions: the torso first, then each arm on it (MacCormick & Isard): the best here."""
 
     layers: BodyLayers = ((("torso",), 1.0, 1.0), (("left_arm",), 1.0, 1.0), (("right_arm",), 1.0, 1.0))
+    anew_share: float = 0.1
+    penetration: bool = True
 
 
 BODY_METHODS: dict[str, type[BodyMethod]] = {"plain": BodyPlain, "annealed": Annealed, "partitioned": Partitioned}

@@ -7,6 +7,7 @@
 //! |---|---|
 //! | [`model`] | IV-A1: the sub-model and its kinematics, many particles at once |
 //! | [`figure`] | IV-A2: the outer shape, the key joints, the limits of joints |
+//! | [`motion`] | IV-C1: zero-order dynamics |
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
 //! | [`cues`] | IV-C2: weights; and the same cues on a fixed scale |
@@ -17,6 +18,7 @@ pub mod edges;
 pub mod figure;
 mod lanes;
 pub mod model;
+pub mod motion;
 pub mod skin;
 pub mod tracker;
 

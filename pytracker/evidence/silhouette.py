@@ -53,7 +53,7 @@ class SilhouetteParameters:
     canny_low: int = 50
     canny_high: int = 120
     dilate_px: int = 3
-    skin_cr: tuple[int, int] = (136, 175)
+    skin_cr: tuple[int, int] = (135, 166)
     skin_cb: tuple[int, int] = (95, 126)
     skin_darkest: int = 50
     skin_area_m2: tuple[float, float] = (0.0012, 0.06)

@@ -9,16 +9,14 @@
 use super::cues::{FixedScale, Look, Rescaled, Scene};
 use super::edges::EdgeImage;
 use super::figure::{Figure, Group, KEY_JOINTS};
+use super::motion::{Anew, Walk};
 use super::skin::{Assignment, Blobs};
 use crate::error::require;
-use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
-use crate::particles::{BlockMut, ParticleSet, Summary};
+use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling};
+use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
-use crate::rng::Stream;
 use crate::skeleton::Channel;
 use crate::{Error, Result};
-use rand::RngExt;
-use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 /// One layer: what it moves and what it looks at.
@@ -75,6 +73,8 @@ pub struct BodyMethod {
     pub resampling: Resampling,
     /// How the body moves.
     pub diffusion: Diffusion,
+    /// Share of the particles whose arm is drawn anew from all that its joints allow.
+    pub anew_share: f64,
     /// How particles are weighed.
     pub weighing: Weighing,
     /// Standard deviation of a blob's centre, m.
@@ -102,6 +102,7 @@ impl BodyMethod {
         require(zero_or_more(base_turn), "base_turn_density", base_turn, "0 rad/√s or more")?;
         require(zero_or_more(trunk), "trunk_density", trunk, "0 rad/√s or more")?;
         require(zero_or_more(joint), "joint_density", joint, "0 rad/√s or more")?;
+        require((0.0..1.0).contains(&self.anew_share), "anew_share", self.anew_share, "a share from 0 to below 1")?;
         match self.weighing {
             Weighing::Rescaled { base, alpha, adapt } => {
                 require(base > 1.0 && base.is_finite(), "sharpness", base, "above 1")?;
@@ -138,7 +139,9 @@ impl BodyMethod {
             let moves = layer.groups.contains(group);
             if moves { density(*channel, *group) * layer.spread * elapsed_s.sqrt() } else { 0.0 }
         });
-        Walk { sd: sd.collect() }
+        let sd: Vec<f64> = sd.collect();
+        let anew = if elapsed_s > 0.0 { Anew::arms(figure, &layer.groups) } else { Vec::new() };
+        Walk { sd, anew, share: self.anew_share * layer.spread }
     }
 
     fn weighing<'a>(&'a self, layer: &BodyLayer, scene: Scene<'a>) -> Box<dyn Likelihood + 'a> {
@@ -326,32 +329,4 @@ fn joint_set(figure: &Figure, particles: &ParticleSet) -> ParticleSet {
             out.column_mut(d).copy_from_slice(&scratch[d * count..(d + 1) * count]);
         }
     })
-}
-
-/// The paper's zero-order dynamics (IV-C1): a normal step in every column.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Walk {
-    /// Standard deviation of every column.
-    pub sd: Vec<f64>,
-}
-
-impl Transition for Walk {
-    fn propagate(&self, mut block: BlockMut<'_>, rng: &mut Stream) {
-        for (d, sd) in self.sd.iter().enumerate().filter(|(_, sd)| **sd > 0.0) {
-            for x in block.column_mut(d) {
-                let z: f64 = rng.sample(StandardNormal);
-                *x += sd * z;
-            }
-        }
-    }
-
-    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
-        let moved = self.sd.iter().zip(from.iter().zip(to)).filter(|(sd, _)| **sd > 0.0);
-        moved
-            .map(|(sd, (from, to))| {
-                let z = (to - from) / sd;
-                -0.5 * z * z - (sd * std::f64::consts::TAU.sqrt()).ln()
-            })
-            .sum()
-    }
 }

@@ -103,6 +103,7 @@ struct MethodArgument {
     blob_sd_m: f64,
     blob_reach: f64,
     gate_m: f64,
+    anew_share: f64,
     limits: bool,
     penetration: bool,
 }
@@ -141,6 +142,7 @@ fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
             trunk: m.trunk_density,
             joint: m.joint_density,
         },
+        anew_share: m.anew_share,
         weighing,
         blob_sd_m: m.blob_sd_m,
         blob_reach: m.blob_reach,
