@@ -7,9 +7,10 @@
 
 Conventions: SI units (metres, seconds, radians, m/s²), pixels as (u right, v down) with pixel centres at integers.
 Quaternions are Hamilton, w first, named for what they do: `q_world_sensor` takes sensor vectors to the world.
-World: right-handed, z up for the arm; for the body the Acclaim file's own frame, y up, metres. Camera: OpenCV's (x right, y down, z forward), `R|t` maps world to camera. Arrays are
-`(T, 3)`, `(N, D)`: a row is a sample. An accelerometer at rest, z up, reads +9.81. Units are in the name where a bare
-number crosses a border (`forearm_m`, `rate_hz`). The same seed gives the same bits, for any number of threads.
+World: right-handed, z up for the arm; for the body the Acclaim file's own frame, y up, metres. Camera: OpenCV's (x
+right, y down, z forward), `R|t` maps world to camera. Arrays are `(T, 3)`, `(N, D)`: a row is a sample. An
+accelerometer at rest, z up, reads +9.81. Units are in the name where a bare number crosses a border (`forearm_m`,
+`rate_hz`). The same seed gives the same bits, for any number of threads.
 """
 
 from __future__ import annotations
@@ -58,6 +59,8 @@ from pytracker.track_arm import ArmTrack
 from pytracker.track_body import BodyTrack, make_tracker, silhouette_of
 
 __all__ = [
+    "KEY_JOINTS",
+    "UPPER_BODY",
     "Annealed",
     "Arm",
     "ArmRecording",
@@ -84,7 +87,6 @@ __all__ = [
     "Joint",
     "JointScores",
     "JointTrack",
-    "KEY_JOINTS",
     "Layered",
     "LayeredFromConstraint",
     "Motion",
@@ -104,7 +106,6 @@ __all__ = [
     "Track",
     "TrackingError",
     "Truth",
-    "UPPER_BODY",
     "View",
     "WeakPerspective",
     "__version__",

@@ -3,13 +3,29 @@ from typing import Any, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
+from pytracker.body_methods import BodyMethod
+from pytracker.joint_track import Track
 from pytracker.methods import ArmMethod
-from pytracker.recording import Arm, Camera
-from pytracker.track import Track
+from pytracker.recording import Arm, Camera, WeakPerspective
+from pytracker.skeleton import Bone, Part
 
-__all__ = ["ArmTracker", "Estimate", "InputError", "TrackingError", "__version__", "check_camera", "resample"]
+__all__ = [
+    "KEY_JOINTS",
+    "ArmTracker",
+    "BodyEstimate",
+    "BodyTracker",
+    "Estimate",
+    "InputError",
+    "Skeleton",
+    "TrackingError",
+    "__version__",
+    "check_camera",
+    "missed_edges",
+    "resample",
+]
 
 __version__: str
+KEY_JOINTS: tuple[str, ...]
 
 class InputError(ValueError): ...
 
@@ -66,3 +82,55 @@ class ArmTracker:
 
 def check_camera(camera: Camera) -> None: ...
 def resample(scheme: str, weights: NDArray[np.float64], n: int, seed: int = 0) -> NDArray[np.uint32]: ...
+
+@final
+class Skeleton:
+    def __new__(cls, bones: list[Bone]) -> Self: ...
+    def pose(self, poses: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+
+@final
+class BodyEstimate:
+    @property
+    def time_s(self) -> float: ...
+    @property
+    def joints(self) -> NDArray[np.float64]: ...
+    @property
+    def state(self) -> NDArray[np.float64]: ...
+    @property
+    def covariance(self) -> NDArray[np.float64]: ...
+    @property
+    def blobs(self) -> NDArray[np.float64]: ...
+    @property
+    def ess(self) -> float: ...
+    @property
+    def log_evidence(self) -> float | None: ...
+
+@final
+class BodyTracker:
+    def __new__(
+        cls,
+        skeleton: Skeleton,
+        pose: list[float],
+        free: list[int],
+        limits: NDArray[np.float64],
+        parts: list[Part],
+        camera: WeakPerspective | Camera,
+        method: BodyMethod,
+        seed: int = 0,
+    ) -> Self: ...
+    def update(
+        self,
+        time_s: float,
+        edges: NDArray[np.uint8],
+        blobs: NDArray[np.float64],
+        threads: int | None = None,
+    ) -> BodyEstimate: ...
+    def poses(self, states: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    @property
+    def particles(self) -> NDArray[np.float64]: ...
+    def save(self) -> bytes: ...
+    @staticmethod
+    def restore(state: bytes) -> BodyTracker: ...
+    def __reduce__(self) -> tuple[Any, tuple[bytes]]: ...
+
+def missed_edges(edges: NDArray[np.uint8], outlines: NDArray[np.float64]) -> NDArray[np.float64]: ...

@@ -1,9 +1,9 @@
-"""The package's own average skeleton, for people who have no ASF: proportions of an adult, channels as CMU's files have.
+"""The package's own average skeleton, for people who have no ASF: an adult's proportions, channels as CMU's files have.
 
-Segment lengths are shares of the body's height (Drillis & Contini 1966, as in Winter, "Biomechanics and Motor Control of
-Human Movement", fig. 4.1); the trunk's division is ours. Base pose: standing, facing +z, arms stretched out to the sides.
-In this skeleton a shoulder's `rx` swings the arm forward, `ry` turns it up (left) or down (right), `rz` twists it; a
-positive elbow `rx` bends it. Limits are coarse, after those of CMU's skeletons.
+Segment lengths are shares of the body's height (Drillis & Contini 1966, as in Winter, "Biomechanics and Motor
+Control of Human Movement", fig. 4.1); the trunk's division is ours. Base pose: standing, facing +z, arms stretched
+out to the sides. In this skeleton a shoulder's `rx` swings the arm forward, `ry` turns it up (left) or down
+(right), `rz` twists it; a positive elbow `rx` bends it. Limits are coarse, after those of CMU's skeletons.
 """
 
 from __future__ import annotations
@@ -57,7 +57,11 @@ def average_skeleton(height_m: float) -> Skeleton:
     """An adult of `height_m`, with the bones and channels that CMU's skeletons have."""
     free = ((-math.inf, math.inf),) * 6
     root = ("tx", "ty", "tz", "rx", "ry", "rz")
-    bones = [Bone(name="root", parent=None, reach_m=(0.0, 0.0, 0.0), frame=_matrix(np.eye(3)), channels=root, limits_rad=free)]
+    bones = [
+        Bone(
+            name="root", parent=None, reach_m=(0.0, 0.0, 0.0), frame=_matrix(np.eye(3)), channels=root, limits_rad=free
+        )
+    ]
     index = {"root": 0}
 
     def add(name: str, parent: str, reach: Array, frame: Array, limits: Limits, flipped: tuple[str, ...]) -> None:
@@ -87,7 +91,7 @@ def average_skeleton(height_m: float) -> Skeleton:
 
 
 def _arm_frame(side: float) -> Array:
-    """Axes of an arm stretched out to the `side` (+1 left): x is the elbow's hinge, z points along the arm to the body."""
+    """Axes of an arm stretched out to the `side` (+1 left): x is the elbow's hinge, z points along it to the body."""
     x, z = np.array([0.0, -side, 0.0]), np.array([-side, 0.0, 0.0])
     return np.column_stack([x, np.cross(z, x), z])
 

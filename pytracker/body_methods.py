@@ -1,7 +1,7 @@
 """How a body is tracked: frozen, validated, every parameter with its unit.
 
-`BodyPlain` is Li & Kulić as printed. `Annealed` and `Partitioned` are other lists of layers, with likelihoods on a fixed
-scale, so that their bands mean something.
+`BodyPlain` is Li & Kulić as printed. `Annealed` and `Partitioned` are other lists of layers, with likelihoods on a
+fixed scale, so that their bands mean something.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import json
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,10 +24,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 import pytracker as pt
+from pytracker.body_methods import BODY_METHODS
 from pytracker.evaluate import Scores
 from pytracker.evidence.grid import write_frame
-from pytracker.methods import METHODS, ArmMethod
-from pytracker.output import check_target
+from pytracker.methods import METHODS, Method
+from pytracker.output import check_target, whole_folder
+from pytracker.report.index import render_index
 from pytracker.report.labels import labels
 from pytracker.report.tables import read_track
 
@@ -44,7 +46,7 @@ app = typer.Typer(
 simulate = typer.Typer(help="Write a simulated recording folder, with truth.", no_args_is_help=True)
 app.add_typer(simulate, name="simulate")
 
-DEMO_METHODS: tuple[ArmMethod, ...] = (
+ARM_METHODS: tuple[Method, ...] = (
     pt.Joint(),
     pt.Layered(),
     pt.Plain(particles=5000),
@@ -54,6 +56,19 @@ DEMO_METHODS: tuple[ArmMethod, ...] = (
     pt.Inertial(),
 )
 """Each as tuned on simulated circles of other seeds than any that is reported."""
+
+BODY_SHOWN: tuple[Method, ...] = (pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
+"""Tuned on simulated bodies of other seeds than any that is reported."""
+
+SHOWN = {"arm": ARM_METHODS, "body": BODY_SHOWN}
+"""What a report compares, by kind of recording."""
+
+DEFAULTS = {"arm": "joint", "body": "partitioned"}
+"""The best method of each kind."""
+
+KINDS: dict[str, Mapping[str, type[Method]]] = {"arm": METHODS, "body": BODY_METHODS}
+
+WORDS = f"Arm: {', '.join(METHODS)}. Body: {', '.join(BODY_METHODS)}."
 
 Folder = Annotated[Path, typer.Argument(help="Recording folder (holds recording.toml).")]
 Out = Annotated[Path, typer.Option(help="Folder to write; must not exist.")]
@@ -87,20 +102,29 @@ def _options(
 def demo(
     out: Out = Path("report"),
     seed: Seed = 7,
-    duration: Annotated[float, typer.Option(min=1.0, help="Length of the recording, s.")] = 20.0,
-    keep: Annotated[Path | None, typer.Option(help="Keep the simulated recording in this folder.")] = None,
+    duration: Annotated[float, typer.Option(min=1.0, help="Length of the arm's recording, s.")] = 20.0,
+    body_duration: Annotated[float, typer.Option(min=1.0, help="Length of the body's recording, s.")] = 8.0,
+    keep: Annotated[Path | None, typer.Option(help="Keep the simulated recordings in this folder.")] = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate a table-top circle, track it by every method, print the comparison and write a report."""
+    """Simulate an arm and a body, track them by every method, print the comparisons and write the reports."""
     check_target(out, force=force)  # before the work, not after it
+    arm_scene, body_scene = pt.ArmScene(duration_s=duration), pt.BodyScene(duration_s=body_duration)
+    tracks = {}
     with tempfile.TemporaryDirectory() as scratch, _progress(quiet) as progress:
-        folder = keep or Path(scratch) / "simulated-circle"
-        pt.simulate_arm(folder, pt.ArmScene(duration_s=duration), seed, force=force, progress=progress)
-        recording = pt.load(folder)
-        tracks = _track_all(recording, DEMO_METHODS, seed, progress)
-        pt.write_report(tracks, out, force=force, progress=progress)
-    _print_comparison(tracks, quiet)
+        folder = keep or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        pt.simulate_arm(folder / "simulated-circle", arm_scene, seed, force=force, progress=progress)
+        pt.simulate_body(folder / "simulated-body", body_scene, seed, force=force, progress=progress)
+        with whole_folder(out, force=force) as whole:
+            for kind, name in (("arm", "simulated-circle"), ("body", "simulated-body")):
+                recording = pt.load(folder / name)
+                tracks[kind] = _track_all(recording, SHOWN[kind], seed, progress)
+                pt.write_report(tracks[kind], whole / kind, progress=progress)
+            (whole / "index.html").write_text(render_index(tracks), "utf-8")
+    for of_kind in tracks.values():
+        _print_comparison(of_kind, quiet)
     _say(f"report: {out / 'index.html'}", quiet)
 
 
@@ -108,7 +132,7 @@ def demo(
 def track(
     folder: Folder,
     out: Out,
-    method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = "joint",
+    method: Annotated[str, typer.Option(help=f"{WORDS} Without it the best: joint, partitioned.")] = "",
     particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
     settings: Settings = None,
     seed: Seed = 0,
@@ -117,9 +141,9 @@ def track(
     quiet: Quiet = False,
 ) -> None:
     """Track a recording and write track.csv, metadata.json, scores.json (with truth) and a report page."""
-    chosen = make_method(method, particles, settings or [])
     check_target(out, force=force)  # before the work, not after it
     recording = pt.load(folder)
+    chosen = make_method(recording.kind, method, particles, settings or [])
     _warn(recording.warnings)
     with _progress(quiet) as progress:
         try:
@@ -139,15 +163,16 @@ def track(
 def report(
     folder: Folder,
     out: Out,
-    method: Annotated[list[str] | None, typer.Option(help=f"Repeatable; one of: {', '.join(METHODS)}.")] = None,
+    method: Annotated[list[str] | None, typer.Option(help=f"Repeatable. {WORDS}")] = None,
     seed: Seed = 0,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Track a recording by several methods and write one page that compares them."""
     check_target(out, force=force)  # before the work, not after it
-    chosen = tuple(make_method(name, None, []) for name in method) if method else DEMO_METHODS
     recording = pt.load(folder)
+    named = tuple(make_method(recording.kind, name, None, []) for name in method or ())
+    chosen = named or SHOWN[recording.kind]
     _warn(recording.warnings)
     with _progress(quiet) as progress:
         tracks = _track_all(recording, chosen, seed, progress)
@@ -202,19 +227,36 @@ def simulate_arm(
     _say(f"wrote {out}", quiet)
 
 
-def make_method(name: str, particles: int | None, settings: list[str]) -> ArmMethod:
-    """A method from what the command line says. Raises `InputError`."""
-    if name not in METHODS:
-        raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(METHODS)}")
-    values = _parse(METHODS[name], settings)
-    known = {field.name for field in fields(METHODS[name])}
+@simulate.command("body")
+def simulate_body(
+    out: Annotated[Path, typer.Argument(help="Folder to write; must not exist.")],
+    settings: Settings = None,
+    seed: Seed = 0,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """A person before a wall: video, background, truth. `--set skeleton=a.asf --set motion=a.amc` and so on."""
+    scene = pt.BodyScene(**_parse(pt.BodyScene, settings or []))
+    with _progress(quiet) as progress:
+        pt.simulate_body(out, scene, seed, force=force, progress=progress)
+    _say(f"wrote {out}", quiet)
+
+
+def make_method(kind: str, name: str, particles: int | None, settings: list[str]) -> Method:
+    """A method for a kind of recording from what the command line says. Raises `InputError`."""
+    name = name or DEFAULTS[kind]
+    methods: Mapping[str, type[Method]] = KINDS[kind]
+    if name not in methods:
+        raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(methods)} (kind {kind!r})")
+    values = _parse(methods[name], settings)
+    known = {field.name for field in fields(methods[name])}
     if particles is not None:
         if "particles" not in known:
             raise pt.InputError(f"--particles does not go with --method {name}, which has none")
         if "particles" in values:
             raise pt.InputError("--particles and --set particles are both given, expected one of them")
         values["particles"] = particles
-    return METHODS[name](**values)
+    return methods[name](**values)
 
 
 def _parse(cls: type[Any], settings: list[str]) -> dict[str, Any]:
@@ -241,10 +283,10 @@ def _tuples(value: Any) -> Any:
 
 
 def _track_all(
-    recording: pt.Recording, methods: tuple[ArmMethod, ...], seed: int, progress: Callable[[str, int], None] | None
+    recording: pt.Recording, methods: Sequence[Method], seed: int, progress: Callable[[str, int], None] | None
 ) -> list[pt.Track]:
-    """Every method on the same sightings; one that loses the track keeps what it had."""
-    sightings = pt.sight(recording, progress=progress)
+    """Every method on the same evidence; one that loses the track keeps what it had."""
+    sightings = pt.sight(recording, progress=progress) if isinstance(recording, pt.ArmRecording) else None
     tracks: list[pt.Track] = []
     for method in methods:
         try:
@@ -256,10 +298,15 @@ def _track_all(
     return tracks
 
 
-def _print_comparison(tracks: list[pt.Track], quiet: bool) -> None:
-    """Table I of Tao & Hu: mean error / standard deviation per axis, in cm, and what it leaves out."""
+def _print_comparison(tracks: Sequence[pt.Track], quiet: bool) -> None:
+    """What the papers print: Table I of Tao & Hu, or the average errors of Li & Kulić, in cm."""
     if quiet:
         return
+    make = _arm_table if tracks[0].recording.kind == "arm" else _body_table
+    Console(width=None if sys.stdout.isatty() else 140).print(make(tracks))
+
+
+def _arm_table(tracks: Sequence[pt.Track]) -> Table:
     table = Table(title="wrist error, cm (mean / sd per axis, as Tao & Hu Table I)", title_justify="left")
     table.add_column("method")
     for name in ("x", "y", "z", "3-D RMS", "worst", "±5 cm", "band holds truth"):
@@ -273,7 +320,20 @@ def _print_comparison(tracks: list[pt.Track], quiet: bool) -> None:
         table.add_row(
             name + lost, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", held
         )
-    Console(width=None if sys.stdout.isatty() else 140).print(table)
+    return table
+
+
+def _body_table(tracks: Sequence[pt.Track]) -> Table:
+    table = Table(title="average error of the joints, cm (as Li & Kulić V-B)", title_justify="left")
+    table.add_column("method")
+    for name in ("all ± sd", *(joint.replace("_", " ") for joint in pt.KEY_JOINTS)):
+        table.add_column(name, justify="right")
+    for name, result in zip(labels(tracks), tracks, strict=True):
+        scores = pt.evaluate(result, result.recording.truth)
+        each = [f"{100 * scores.joints[joint].average_m:.1f}" for joint in pt.KEY_JOINTS]
+        lost = " (lost)" if result.lost else ""
+        table.add_row(name + lost, f"{100 * scores.average_m:.1f} ± {100 * scores.average_sd_m:.1f}", *each)
+    return table
 
 
 @contextlib.contextmanager

@@ -13,9 +13,8 @@ from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_log import check
 from pytracker.formats.qualisys import Markers, read_qualisys
 from pytracker.formats.truth_csv import read_truth_csv
-from pytracker.recording import Arm, Camera, Imu, ArmRecording, Truth, View
-from pytracker.rotation import Array, Triple, triple
-from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.recording import Arm, ArmRecording, Camera, Imu, Truth, View
+from pytracker.rotation import Array, Triple, conjugate, multiply, rotate, rotation_vector_to_quaternion, triple
 from pytracker.schema import ArmEntry, ArmFile, CameraEntry, ImuEntry, TruthEntry
 
 __all__ = ["load_arm"]

@@ -36,9 +36,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     camera_entry = entry.camera[0]
     skeleton, skeleton_file = _skeleton(folder, path, entry.skeleton)
     view = _view(folder, path, camera_entry)
-    truth, poses, warnings = None, None, ()
-    if entry.truth is not None:
-        truth, poses, warnings = _truth(folder, path, entry.truth, skeleton)
+    truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
@@ -68,15 +66,17 @@ def _skeleton(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton,
 def _view(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
     given = [name for name in ("points", "affine", "matrix") if getattr(entry, name) is not None]
     if len(given) != 1:
-        raise InputError(f"{path}: camera[0] has {' and '.join(given) or 'none'}, expected one of points, affine, matrix")
+        raise InputError(
+            f"{path}: camera[0] has {' and '.join(given) or 'none'}, expected one of points, affine, matrix"
+        )
     fit: ProjectionFit | None = None
     camera: WeakPerspective | Camera
     if entry.points is not None:
         fit = fit_weak_perspective(*read_points(folder / entry.points))
         if fit.rmse.max() > POOR_FIT_PX:
             raise InputError(
-                f"{folder / entry.points}: the points fit weak perspective to {fit.rmse[0]:.1f} and {fit.rmse[1]:.1f} px, "
-                f"expected at most {POOR_FIT_PX:.0f} px: check their order and units"
+                f"{folder / entry.points}: the points fit weak perspective to {fit.rmse[0]:.1f} and "
+                f"{fit.rmse[1]:.1f} px, expected at most {POOR_FIT_PX:.0f} px: check their order and units"
             )
         camera = camera_of(fit)
     elif entry.affine is not None:
@@ -101,7 +101,7 @@ def _affine(path: Path, rows: tuple[tuple[float, ...], tuple[float, ...]]) -> We
     if widths not in ([3, 3], [4, 4]):
         raise InputError(f"{path}: camera[0].affine has rows of {widths} numbers, expected 2 x 3 or 2 x 4")
     u, v = (row if len(row) == 4 else (row[0], row[1], 0.0, row[2]) for row in rows)
-    return WeakPerspective(affine=(u, v))  # type: ignore[arg-type]
+    return WeakPerspective(affine=(u, v))
 
 
 def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
@@ -118,9 +118,7 @@ def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
     return camera
 
 
-def _truth(
-    folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton
-) -> tuple[Truth, Array, tuple[str, ...]]:
+def _truth(folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton) -> tuple[Truth, Array, tuple[str, ...]]:
     file = folder / entry.file
     if file.suffix.lower() != ".amc":
         raise InputError(f"{path}: truth.file is {entry.file!r}, expected an .amc motion")
@@ -148,13 +146,13 @@ def _initial(
     if entry is not None and entry.frame is not None:
         if entry.frame >= len(poses):
             raise InputError(f"{path}: initial.frame is {entry.frame}, expected below {len(poses)}, the truth's frames")
-        return poses[entry.frame]
+        return np.asarray(poses[entry.frame])
     if not truth.time_s[0] - 1e-9 <= view.start_s <= truth.time_s[-1]:
         raise InputError(
             f"{path}: the video starts at {view.start_s:.3f} s and the truth covers {truth.time_s[0]:.3f} to "
             f"{truth.time_s[-1]:.3f} s, expected it to cover the first frame, or [initial]"
         )
-    return poses[int(np.argmin(np.abs(truth.time_s - view.start_s)))]
+    return np.asarray(poses[int(np.argmin(np.abs(truth.time_s - view.start_s)))])
 
 
 def _angles(file: Path, skeleton: Skeleton) -> Array:
@@ -170,7 +168,9 @@ def _angles(file: Path, skeleton: Skeleton) -> Array:
         if name not in skeleton.channels:
             raise InputError(f"{file}: {name} is no channel of the skeleton, expected such as {skeleton.channels[-1]}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise InputError(f"{file}: {name} is {value!r}, expected a finite number (degrees; root_tx, ty, tz: metres)")
+            raise InputError(
+                f"{file}: {name} is {value!r}, expected a finite number (degrees; root_tx, ty, tz: metres)"
+            )
         is_length = name.split("_")[-1].startswith("t")
         pose[skeleton.channels.index(name)] = value if is_length else math.radians(value)
     return pose

@@ -98,9 +98,9 @@ def track_body(
         raise TrackingError(lost)
     track = _assemble(recording, method, seed, tracker, np.array(times), estimates, stage_s, lost)
     if lost:
-        error = TrackingError(lost)
-        error.track = track
-        raise error
+        loss = TrackingError(lost)
+        loss.track = track
+        raise loss
     return track
 
 
@@ -146,7 +146,8 @@ def _assemble(
     angles = rows(np.array([estimate.state for estimate in estimates]))
     blobs = rows(np.array([estimate.blobs for estimate in estimates]))
     evidence = [np.nan if estimate.log_evidence is None else estimate.log_evidence for estimate in estimates]
-    reason = ["" if seen else "no skin blob" for seen in np.isfinite(blobs).any(axis=(1, 2))]
+    seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)))
+    reason = ["" if any_blob else "no skin blob" for any_blob in seen]
     reason[len(estimates) :] = ["the track was lost before"] * (frames_count - len(estimates))
     return BodyTrack(
         method=method,

@@ -19,6 +19,13 @@ settings.register_profile("long", deadline=None, max_examples=5000)
 settings.load_profile(os.environ.get("PYTRACKER_HYPOTHESIS", "default"))
 
 
+def load_arm(folder: Path | str) -> pt.ArmRecording:
+    """`pytracker.load` of a folder that holds an arm."""
+    recording = pt.load(folder)
+    assert isinstance(recording, pt.ArmRecording)
+    return recording
+
+
 @pytest.fixture(scope="session")
 def shared() -> Callable[[str], Path]:
     """Path below the shared data; skips, or fails under `make acceptance`, where it is absent."""

@@ -5,18 +5,18 @@ Tuned on other seeds (101 and up), judged on these.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import load_arm
 from scipy.io import loadmat
 
 import pytracker as pt
 from pytracker.methods import ArmMethod
-from pytracker.rotation import triple
-from pytracker.rotation import multiply, rotation_vector_to_quaternion
+from pytracker.rotation import multiply, rotation_vector_to_quaternion, triple
 from pytracker.simulate.arm import look_at
 
 BEST = pt.Joint(offset=False)
@@ -46,7 +46,7 @@ class Pooled:
         return np.asarray(self.inside.mean(axis=(0, 1)))
 
 
-def pool(tracks: list[pt.Track]) -> Pooled:
+def pool(tracks: Sequence[pt.Track]) -> Pooled:
     errors, inside = [], []
     for track in tracks:
         truth = track.recording.truth
@@ -96,7 +96,7 @@ def test_the_constraint_is_what_helps() -> None:
 
 @pytest.fixture(scope="module")
 def arm_circle(shared: Callable[[str], Path]) -> tuple[pt.ArmRecording, pt.Sightings]:
-    recording = pt.load(shared("recordings/arm-circle"))
+    recording = load_arm(shared("recordings/arm-circle"))
     return recording, pt.sight(recording)
 
 

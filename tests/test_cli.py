@@ -156,11 +156,17 @@ def test_simulate_takes_every_setting(tmp_path: Path) -> None:
 
 
 def test_demo_compares_every_method(tmp_path: Path) -> None:
-    done = run("demo", "--out", tmp_path / "report", "--duration", "2")
+    done = run("demo", "--out", tmp_path / "report", "--duration", "2", "--body-duration", "1")
     assert done.returncode == 0, done.stderr
     for words in ("PF with constraint (joint)", "PF with constraint (layered)", "EKF with constraint", "Inertial only"):
         assert words in done.stdout
-    assert (tmp_path / "report" / "index.html").is_file()
+    for words in ("Partitioned PF", "Annealed PF", "PF of Li & Kulić"):
+        assert words in done.stdout
+    page = (tmp_path / "report" / "index.html").read_text("utf-8")
+    for kind in ("arm", "body"):
+        assert f'href="{kind}/index.html"' in page
+        assert (tmp_path / "report" / kind / "index.html").is_file()
+        assert (tmp_path / "report" / kind / "overlay.mp4").stat().st_size > 1000
 
 
 def test_import_is_light() -> None:

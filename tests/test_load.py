@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import load_arm
 
 import pytracker as pt
 from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
@@ -27,7 +28,7 @@ def edit(folder: Path, old: str, new: str) -> Path:
 
 
 def test_a_simulated_folder_loads_as_it_was_made(simulated: Path) -> None:
-    recording = pt.load(simulated)
+    recording = load_arm(simulated)
     simulation = pt.ArmSimulation(pt.ArmScene(duration_s=3.0), seed=11)
     assert recording.arm == simulation.arm
     assert np.allclose(recording.views[0].camera.rotation, simulation.cameras[0].rotation, atol=1e-8)
@@ -48,7 +49,7 @@ def test_a_simulated_folder_loads_as_it_was_made(simulated: Path) -> None:
         ("translation_m = [0.05", "translation_m = [0.5", "px away, expected at most"),
         ('wrist = "wrist"', 'hand = "wrist"', "truth.markers.hand is no joint of the arm, expected: shoulder, elbow"),
         ('elbow = "elbow", wrist = "wrist"', 'elbow = "wrist", wrist = "elbow"', "m apart, expected 0.18 to 0.45 m by"),
-        ('kind = "arm"', 'kind = "leg"', "kind is 'leg', expected: input should be 'arm'"),
+        ('kind = "arm"', 'kind = "leg"', "kind is 'leg', expected 'arm' or 'body'"),
         ("patch_box", "patchbox", "camera[0].patchbox is not a known key, did you mean 'patch_box'?"),
         ("upper_arm_m", "uper_arm_m", "arm.uper_arm_m is not a known key, did you mean 'upper_arm_m'?"),
         (
@@ -94,7 +95,7 @@ def test_a_simulated_folder_loads_as_it_was_made(simulated: Path) -> None:
 )
 def test_a_fault_is_named(folder: Path, old: str, new: str, expected: str) -> None:
     with pytest.raises(pt.InputError) as error:
-        pt.load(edit(folder, old, new))
+        load_arm(edit(folder, old, new))
     assert expected in str(error.value)
 
 
@@ -102,14 +103,14 @@ def test_patch_box_outside_the_frame(folder: Path) -> None:
     text = (folder / "recording.toml").read_text()
     line = next(line for line in text.splitlines() if line.startswith("patch_box"))
     with pytest.raises(pt.InputError, match=r"patch_box is \[630, 10, 30, 30\] .* inside the 640 x 480 px of"):
-        pt.load(edit(folder, line, "patch_box = [630, 10, 30, 30]"))
+        load_arm(edit(folder, line, "patch_box = [630, 10, 30, 30]"))
 
 
 def test_no_folder_and_no_file(tmp_path: Path) -> None:
     with pytest.raises(pt.InputError, match=r"nowhere: is no folder, expected a folder with recording\.toml"):
-        pt.load(tmp_path / "nowhere")
+        load_arm(tmp_path / "nowhere")
     with pytest.raises(pt.InputError, match=r"holds no recording\.toml"):
-        pt.load(tmp_path)
+        load_arm(tmp_path)
 
 
 def test_truth_with_gaps_is_counted_and_left_out(folder: Path) -> None:
@@ -120,7 +121,7 @@ def test_truth_with_gaps_is_counted_and_left_out(folder: Path) -> None:
         cells = lines[k].split("\t")
         lines[k] = "\t".join([*cells[:6], "", "", ""])
     path.write_text("\n".join(lines) + "\n")
-    recording = pt.load(folder)
+    recording = load_arm(folder)
     assert "wrist was not seen in 60 of 301 frames; they are left out of the scores" in recording.warnings[0]
     track = pt.track(recording, pt.Layered(particles=50))
     scores = pt.evaluate(track, recording.truth)
@@ -130,7 +131,7 @@ def test_truth_with_gaps_is_counted_and_left_out(folder: Path) -> None:
 
 def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> None:
     """The same recording from a sensor worn a quarter turn about the forearm and headed 40° off."""
-    straight = pt.load(folder).imus[0]
+    straight = load_arm(folder).imus[0]
     mount = rotation_vector_to_quaternion(np.array([0.0, np.pi / 2, 0.0]))
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(40.0)]))
     assert straight.gyr is not None
@@ -145,7 +146,7 @@ def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> Non
     header = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
     np.savetxt(folder / "imu.csv", table, fmt="%.8f", delimiter=",", header=header, comments="")
     edit(folder, 'segment = "right_forearm"', f"heading_deg = 40.0\nmount = {mount.tolist()}")
-    turned = pt.load(folder).imus[0]
+    turned = load_arm(folder).imus[0]
     assert np.allclose(turned.acc, straight.acc, atol=1e-6)
     assert np.allclose(np.abs((turned.q_world_sensor * straight.q_world_sensor).sum(axis=1)), 1, atol=1e-6)
 
@@ -153,11 +154,11 @@ def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> Non
 def test_start_from_truth_or_from_the_patch(folder: Path) -> None:
     text = (folder / "recording.toml").read_text()
     line = next(line for line in text.splitlines() if line.startswith("wrist_start_m"))
-    given = pt.load(folder).arm.wrist_start_m
-    assert np.allclose(pt.load(edit(folder, line, "")).arm.wrist_start_m, given, atol=1e-3)
+    given = load_arm(folder).arm.wrist_start_m
+    assert np.allclose(load_arm(edit(folder, line, "")).arm.wrist_start_m, given, atol=1e-3)
     path = folder / "recording.toml"
     path.write_text(path.read_text().split("[truth]")[0])
-    recording = pt.load(folder)
+    recording = load_arm(folder)
     assert "the patch's ray meets the arm sphere at" in recording.warnings[-1]
     ray = recording.views[0].camera.ray(recording.views[0].camera.project(np.array([given]))[0])
     across = np.array(recording.arm.wrist_start_m) - given
@@ -165,12 +166,12 @@ def test_start_from_truth_or_from_the_patch(folder: Path) -> None:
     # The start was found on the ray; a shoulder elsewhere leaves nothing to meet.
     far = edit(folder, "shoulder_m = [0.1", "shoulder_m = [3.1")
     with pytest.raises(pt.InputError, match=r"the patch's ray passes .* m from where the arm can reach, expected"):
-        pt.load(far)
+        load_arm(far)
 
 
 def test_camera_that_starts_before_the_imu(folder: Path) -> None:
     """Frames without any IMU are kept as rows with a reason."""
-    recording = pt.load(edit(folder, 'segment = "right_forearm"', "offset_s = 1.0"))
+    recording = load_arm(edit(folder, 'segment = "right_forearm"', "offset_s = 1.0"))
     track = pt.track(recording, pt.Layered(particles=50))
     assert track.reason[:25] == ("before the first IMU sample",) * 25
     assert np.isnan(track.joints["wrist"].mean[:25]).all()
@@ -185,6 +186,6 @@ def test_rows_that_are_missing_are_a_gap_in_the_truth() -> None:
 
 
 def test_a_mount_that_is_rounded_changes_no_length(folder: Path) -> None:
-    exact = pt.load(folder).imus[0].acc
-    rounded = pt.load(edit(folder, 'segment = "right_forearm"', "mount = [0.99, 0.0, 0.0, 0.0]")).imus[0].acc
+    exact = load_arm(folder).imus[0].acc
+    rounded = load_arm(edit(folder, 'segment = "right_forearm"', "mount = [0.99, 0.0, 0.0, 0.0]")).imus[0].acc
     assert np.allclose(rounded, exact)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from conftest import load_arm
 
 import pytracker as pt
 from pytracker.formats.video import frames
@@ -28,7 +29,7 @@ METHODS = (pt.Joint(particles=500, bias=True), pt.Layered(particles=100), pt.Ekf
 def tracks(tmp_path_factory: pytest.TempPathFactory) -> list[pt.Track]:
     folder = tmp_path_factory.mktemp("r") / "occluded"
     pt.simulate_arm(folder, pt.ArmScene(duration_s=4.0, occlusions=((2.0, 2.4),)), seed=3)
-    recording = pt.load(folder)
+    recording = load_arm(folder)
     sightings = pt.sight(recording)
     return [pt.track(recording, method, 1, sightings=sightings) for method in METHODS]
 
@@ -165,6 +166,6 @@ def test_labels_are_told_apart(tracks: list[pt.Track]) -> None:
 
 
 def test_shared_recording_makes_a_page(shared: Callable[[str], Path], tmp_path: Path) -> None:
-    recording = pt.load(shared("recordings/arm-circle"))
+    recording = load_arm(shared("recordings/arm-circle"))
     out = pt.write_report([pt.track(recording, pt.Layered(), 1)], tmp_path / "out", page=False)
     assert (out / "track.csv").stat().st_size > 50_000

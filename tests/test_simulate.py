@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import load_arm
 
 import pytracker as pt
 from pytracker.formats import video
@@ -81,7 +82,7 @@ def test_dropped_samples_and_frames_are_missing(tmp_path: Path) -> None:
     assert 300 < len(simulation.imu.time_s) < 345
     assert 70 < len(simulation.frame_time_s) < 90
     folder = pt.simulate_arm(tmp_path / "dropped", scene, seed=6)
-    recording = pt.load(folder)
+    recording = load_arm(folder)
     assert "gaps between samples" in recording.warnings[0]
     # A camera that drops a frame shows the one before again; that is no sighting.
     assert len(list(video.frames(folder / "video.mp4"))) == 100

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import load_arm
 
 import pytracker as pt
 from pytracker.methods import METHODS, ArmMethod
@@ -170,7 +171,7 @@ def test_every_method_has_a_name_and_documented_parameters() -> None:
 
 def test_two_cameras_of_a_folder_are_one_time_axis(tmp_path: Path) -> None:
     folder = pt.simulate_arm(tmp_path / "two", pt.ArmScene(duration_s=2.0, cameras=2), seed=2)
-    recording = pt.load(folder)
+    recording = load_arm(folder)
     sightings = pt.sight(recording)
     assert sightings.pixels.shape == (50, 2, 2)
     assert sightings.valid.all()

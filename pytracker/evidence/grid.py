@@ -9,7 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.video import Image, frames
-from pytracker.schema import read_recording_file
+from pytracker.schema import ArmFile, read_recording_file
 
 __all__ = ["draw_grid", "write_frame"]
 
@@ -31,7 +31,8 @@ def write_frame(folder: Path | str, out: Path, camera: int = 0, number: int = 0)
     for frame in frames(file):
         last = frame.index
         if last == number:
-            image = draw_grid(frame.image, entry.camera[camera].patch_box)
+            box = entry.camera[camera].patch_box if isinstance(entry, ArmFile) else None
+            image = draw_grid(frame.image, box)
             ok, png = cv2.imencode(".png", image)
             assert ok
             out.write_bytes(png.tobytes())
@@ -39,8 +40,8 @@ def write_frame(folder: Path | str, out: Path, camera: int = 0, number: int = 0)
     raise InputError(f"{file}: has frames 0 to {last}, expected one numbered {number}")
 
 
-def draw_grid(image: Image, box: tuple[int, int, int, int]) -> Image:
-    """Lines every 50 px with their coordinates, and the box."""
+def draw_grid(image: Image, box: tuple[int, int, int, int] | None) -> Image:
+    """Lines every 50 px with their coordinates, and the box, where there is one."""
     out = image.copy()
     height, width = out.shape[:2]
     for x in range(0, width, EVERY_PX):
@@ -52,8 +53,9 @@ def draw_grid(image: Image, box: tuple[int, int, int, int]) -> Image:
         _number(out, x, (x + 2, 11))
     for y in range(EVERY_PX, height, EVERY_PX):
         _number(out, y, (2, y - 3))
-    x, y, w, h = box
-    cv2.rectangle(out, (x, y), (x + w - 1, y + h - 1), BOX, 1)
+    if box is not None:
+        x, y, w, h = box
+        cv2.rectangle(out, (x, y), (x + w - 1, y + h - 1), BOX, 1)
     return out
 
 

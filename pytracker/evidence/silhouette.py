@@ -1,7 +1,8 @@
 """What a frame shows of a body: foreground, its edges, and blobs of skin (Li & Kulić IV-C2). Frame by frame.
 
-Foreground by background subtraction in colour, without the cast shadow; Canny inside it, dilated; skin in YCrCb inside it,
-opened and filtered by size and shape. All on eight-bit images, and blobs by their contours, which is what makes it fast.
+Foreground by background subtraction in colour, without the cast shadow; Canny inside it, dilated; skin in YCrCb
+inside it, opened and filtered by size and shape. All on eight-bit images, and blobs by their contours, which is
+what makes it fast.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -99,6 +101,11 @@ def read_background(path: Path) -> Image:
     return median_background(frames(path))
 
 
+def _image(array: Any) -> Image:
+    """What OpenCV gives, as the eight-bit image that it is."""
+    return np.asarray(array, dtype=np.uint8)
+
+
 class Silhouette:
     """Extracts evidence; holds what does not change from frame to frame.
 
@@ -128,8 +135,8 @@ class Silhouette:
         if image.shape != self.background.shape:
             raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
         smooth = cv2.blur(image, (3, 3))
-        y, cr, cb = cv2.split(cv2.cvtColor(smooth, cv2.COLOR_BGR2YCrCb))
-        foreground = self._foreground(smooth, y, cr, cb)
+        y, cr, cb = (_image(plane) for plane in cv2.split(cv2.cvtColor(smooth, cv2.COLOR_BGR2YCrCb)))
+        foreground = self._foreground(_image(smooth), y, cr, cb)
         edges = self._edges(y, foreground)
         skin, blobs, areas = self._skin(y, cr, cb, foreground)
         return BodyEvidence(foreground, edges, skin, blobs, areas)
@@ -166,7 +173,7 @@ class Silhouette:
     def _skin(self, y: Image, cr: Image, cb: Image, foreground: Image) -> tuple[Image, Array, Array]:
         p = self.parameters
         mask = cv2.bitwise_and(cv2.inRange(cr, *p.skin_cr), cv2.inRange(cb, *p.skin_cb))
-        mask = cv2.bitwise_and(mask, cv2.compare(y, p.skin_darkest, cv2.CMP_GE))
+        mask = cv2.bitwise_and(mask, cv2.inRange(y, p.skin_darkest, 255))
         mask = cv2.bitwise_and(mask, foreground)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening)
         contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)

@@ -1,7 +1,7 @@
 """Acclaim motion files (AMC): poses of a skeleton, read and written.
 
-Latin-1 or UTF-8, LF or CRLF; bones of a frame in any order; exponents of three digits; `#!OML` and other comments. A bone
-that a file never names keeps its base pose, and is said.
+Latin-1 or UTF-8, LF or CRLF; bones of a frame in any order; exponents of three digits; `#!OML` and other comments.
+A bone that a file never names keeps its base pose, and is said.
 """
 
 from __future__ import annotations
@@ -36,44 +36,62 @@ class Motion:
 def read_amc(path: Path | str, skeleton: Skeleton) -> Motion:
     """Read the poses of `skeleton`. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
-    in_degrees, frames = skeleton.in_degrees, []
-    columns = _columns(skeleton)
-    seen: dict[str, int] = {}
-    row: list[float] | None = None
-    in_frame: set[str] = set()
-    number = 0
+    reader = _Reader(path, skeleton)
     for line, raw in enumerate(read_lines(path), 1):
         words = raw.split()
-        if not words or raw.lstrip().startswith("#"):
+        if not words or words[0].startswith("#"):
             continue
         if words[0].startswith(":"):
-            if words[0].upper() in (":DEGREES", ":RADIANS"):
-                in_degrees = words[0].upper() == ":DEGREES"
-            continue
-        if len(words) == 1 and words[0].lstrip("-").isdigit():
-            if row is not None and int(words[0]) <= number:
-                raise InputError(f"{path}:{line}: frame {words[0]} after frame {number}, expected increasing numbers")
-            number, row, in_frame = int(words[0]), [0.0] * len(skeleton.channels), set()
-            frames.append(row)
-            continue
-        name = words[0]
-        if row is None:
-            raise InputError(f"{path}:{line}: {raw.strip()[:40]!r} stands before the first frame number")
-        if name not in columns:
-            raise InputError(f"{path}:{line}: bone {name!r} is not in the skeleton, expected one of: {', '.join(columns)}")
-        if name in in_frame:
-            raise InputError(f"{path}:{line}: bone {name!r} is there twice in frame {number}, expected once")
-        in_frame.add(name)
-        seen[name] = seen.get(name, 0) + 1
-        where = columns[name]
-        if len(words) - 1 != len(where):
-            raise InputError(f"{path}:{line}: {name} has {len(words) - 1} values, expected {len(where)} as its dof say")
-        for column, word in zip(where, words[1:], strict=True):
-            row[column] = _value(path, line, name, word)
-    if not frames:
+            reader.keyword(words[0])
+        elif len(words) == 1 and words[0].isdigit():
+            reader.frame(line, int(words[0]))
+        else:
+            reader.bone(line, words[0], words[1:])
+    if not reader.frames:
         raise InputError(f"{path}: holds no frame, expected an Acclaim motion (.amc)")
-    poses = np.array(frames, dtype=float) * _scale(skeleton, in_degrees)
-    return Motion(poses, tuple(_missing(path, columns, seen, len(frames))))
+    poses = np.array(reader.frames, dtype=float) * _scale(skeleton, reader.in_degrees)
+    return Motion(poses, tuple(_missing(path, reader.columns, reader.seen, len(reader.frames))))
+
+
+class _Reader:
+    """The frames read so far."""
+
+    def __init__(self, path: Path, skeleton: Skeleton) -> None:
+        self.path, self.in_degrees = path, skeleton.in_degrees
+        self.columns, self.channels = _columns(skeleton), len(skeleton.channels)
+        self.frames: list[list[float]] = []
+        self.seen: dict[str, int] = {}
+        self._number = 0
+        self._in_frame: set[str] = set()
+
+    def keyword(self, word: str) -> None:
+        if word.upper() in (":DEGREES", ":RADIANS"):
+            self.in_degrees = word.upper() == ":DEGREES"
+
+    def frame(self, line: int, number: int) -> None:
+        if self.frames and number <= self._number:
+            raise InputError(
+                f"{self.path}:{line}: frame {number} after frame {self._number}, expected increasing numbers"
+            )
+        self._number, self._in_frame = number, set()
+        self.frames.append([0.0] * self.channels)
+
+    def bone(self, line: int, name: str, words: list[str]) -> None:
+        place = f"{self.path}:{line}"
+        if not self.frames:
+            raise InputError(f"{place}: {name[:40]!r} stands before the first frame number")
+        if name not in self.columns:
+            known = ", ".join(self.columns)
+            raise InputError(f"{place}: bone {name[:40]!r} is not in the skeleton, expected one of: {known}")
+        if name in self._in_frame:
+            raise InputError(f"{place}: bone {name!r} is there twice in frame {self._number}, expected once")
+        where = self.columns[name]
+        if len(words) != len(where):
+            raise InputError(f"{place}: {name} has {len(words)} values, expected {len(where)} as its dof say")
+        self._in_frame.add(name)
+        self.seen[name] = self.seen.get(name, 0) + 1
+        for column, word in zip(where, words, strict=True):
+            self.frames[-1][column] = _value(self.path, line, name, word)
 
 
 def _columns(skeleton: Skeleton) -> dict[str, list[int]]:
@@ -104,7 +122,8 @@ def _scale(skeleton: Skeleton, in_degrees: bool) -> Array:
 
 def _missing(path: Path, columns: dict[str, list[int]], seen: dict[str, int], frames: int) -> list[str]:
     return [
-        f"{path}: bone {name!r} is missing in {frames - seen.get(name, 0)} of {frames} frames; its angles are taken as 0"
+        f"{path}: bone {name!r} is missing in {frames - seen.get(name, 0)} of {frames} frames; "
+        "its angles are taken as 0"
         for name in columns
         if seen.get(name, 0) < frames
     ]
@@ -121,7 +140,9 @@ def write_amc(path: Path | str, skeleton: Skeleton, poses: Array) -> None:
     bad = np.argwhere(~np.isfinite(poses))
     if bad.size:
         frame, column = bad[0]
-        raise InputError(f"pose {frame}: {skeleton.channels[column]} is {poses[frame, column]}, expected a finite number")
+        raise InputError(
+            f"pose {frame}: {skeleton.channels[column]} is {poses[frame, column]}, expected a finite number"
+        )
     values = poses / _scale(skeleton, skeleton.in_degrees)
     columns = _columns(skeleton)
     with Path(path).open("w", encoding="latin-1", newline="\n") as file:

@@ -1,7 +1,7 @@
 """Acclaim skeleton files (ASF): as written by Vicon's BodyBuilder, with all the liberties that real files take.
 
-Latin-1 or UTF-8, LF or CRLF; keys of a bone in any order; `axis` with or without its order; limits with `inf`, in one or
-several pairs of brackets; bones without `dof`. Lengths are in units of `1 / length` inches.
+Latin-1 or UTF-8, LF or CRLF; keys of a bone in any order; `axis` with or without its order; limits with `inf`, in
+one or several pairs of brackets; bones without `dof`. Lengths are in units of `1 / length` inches.
 """
 
 from __future__ import annotations
@@ -157,7 +157,9 @@ def _bone(file: _File, entry: _Entry, unit_m: float, in_degrees: bool) -> Bone:
     length = file.numbers(entry, "length", 1)[0]
     norm = float(np.linalg.norm(direction))
     if length < 0 or (length > 0 and norm == 0):
-        raise file.fault(entry.lines["length"], f"{name}: length {length} along {direction}, expected 0 or more along a direction")
+        raise file.fault(
+            entry.lines["length"], f"{name}: length {length} along {direction}, expected 0 or more along a direction"
+        )
     if norm > 0 and abs(norm - 1) > 0.01:
         raise file.fault(entry.lines["direction"], f"{name}: direction has norm {norm:.4f}, expected 1")
     angles = np.array(file.numbers(entry, "axis", 3))
@@ -165,7 +167,9 @@ def _bone(file: _File, entry: _Entry, unit_m: float, in_degrees: bool) -> Bone:
     channels = tuple(word.lower() for word in entry.words.get("dof", []))
     unknown = [word for word in channels if word not in ROTATIONS]
     if unknown or len(set(channels)) != len(channels):
-        raise file.fault(entry.lines["dof"], f"{name}: dof is {' '.join(channels)!r}, expected rx, ry, rz, each at most once")
+        raise file.fault(
+            entry.lines["dof"], f"{name}: dof is {' '.join(channels)!r}, expected rx, ry, rz, each at most once"
+        )
     scale = math.pi / 180 if in_degrees else 1.0
     frame = _rotation(angles * scale, order)
     limits = _limits(file, entry, name, len(channels), scale)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from pytracker.methods import ArmMethod, Ekf
 from pytracker.joint_track import Track
+from pytracker.methods import Ekf, Method
 
 __all__ = ["label", "labels"]
 
@@ -17,10 +17,13 @@ WORDS = {
     "Layered": "PF with constraint (layered)",
     "LayeredFromConstraint": "PF with constraint (layered, from IV-B)",
     "Joint": "PF with constraint (joint)",
+    "BodyPlain": "PF of Li & Kulić",
+    "Annealed": "Annealed PF",
+    "Partitioned": "Partitioned PF",
 }
 
 
-def label(method: ArmMethod) -> str:
+def label(method: Method) -> str:
     """In the words of the paper's Table I, with what tells it from its neighbours."""
     words = WORDS.get(type(method).__name__, type(method).__name__)
     if isinstance(method, Ekf):
@@ -28,7 +31,7 @@ def label(method: ArmMethod) -> str:
             words = "EKF with constraint"
         elif "arm_projection" in method.corrections:
             words = "EKF, then projected to the arm"
-    extra = [name for name in ("bias", "offset") if getattr(method, name)]
+    extra = [name for name in ("bias", "offset") if getattr(method, name, False)]
     particles = getattr(method, "particles", None)
     if particles is not None:
         extra.insert(0, f"N = {particles}")

@@ -1,7 +1,8 @@
-"""`overlay.mp4`: the first camera's video with the patch, the tracked arm and its 95 % ellipse drawn over it."""
+"""`overlay.mp4`: a recording's video with something drawn over every frame, in a form that browsers play."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -10,38 +11,32 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.evidence.sightings import SAME_FRAME_S
 from pytracker.formats.video import Image, frames
-from pytracker.recording import Camera
 from pytracker.rotation import Array
-from pytracker.track_arm import ArmTrack
 
-__all__ = ["write_overlay"]
+__all__ = ["caption", "enlarged", "write_overlay"]
 
 WIDTH = 480
 MOST_FRAMES_PER_S = 15.0
 """VP9 is what the OpenCV wheel can write and browsers can play, and it is slow: this is enough to judge by."""
 
-CHI2_95 = 5.991
-ARM = (153, 110, 11)
-BAND = (235, 200, 120)
-PATCH = (60, 60, 230)
-WORDS = (255, 255, 255)
 
-
-def write_overlay(path: Path, track: ArmTrack) -> bool:
-    """Write it; False where the recording has no video. Raises `InputError` where OpenCV cannot write."""
-    view = track.recording.views[0]
-    if view.video is None:
-        return False
-    # The first camera's own frames: with several cameras the track has rows of the others between them.
-    own = track.sightings.tracks[0].time_s if track.sightings.tracks else track.time_s
-    interval = float(np.median(np.diff(own))) if len(own) > 1 else 0.04
+def write_overlay(
+    path: Path,
+    video: Path,
+    start_s: float,
+    frame_time_s: Array,
+    track_time_s: Array,
+    draw: Callable[[Image, int], Image],
+) -> bool:
+    """Write `draw(frame, row of the track)` of as many frames as are worth it. Raises `InputError`."""
+    interval = float(np.median(np.diff(frame_time_s))) if len(frame_time_s) > 1 else 0.04
     step = max(1, int(np.ceil(1.0 / (interval * MOST_FRAMES_PER_S))))
     writer: cv2.VideoWriter | None = None
-    for frame in frames(view.video):
-        row = int(np.searchsorted(track.time_s, frame.time_s + view.start_s + SAME_FRAME_S, side="right")) - 1
+    for frame in frames(video):
+        row = int(np.searchsorted(track_time_s, frame.time_s + start_s + SAME_FRAME_S, side="right")) - 1
         if frame.index % step or row < 0:
             continue
-        image = _draw(frame.image, track, row)
+        image = draw(frame.image, row)
         if writer is None:
             size = (image.shape[1], image.shape[0])
             writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"vp09"), 1.0 / (interval * step), size)
@@ -53,44 +48,17 @@ def write_overlay(path: Path, track: ArmTrack) -> bool:
     return writer is not None
 
 
-def _draw(frame: Image, track: ArmTrack, row: int) -> Image:
-    """One frame, scaled to `WIDTH`, annotated."""
+def enlarged(frame: Image) -> tuple[Image, float]:
+    """A frame at the overlay's width, and how many of its pixels one of the frame's is."""
     scale = WIDTH / frame.shape[1]
     # Even sides: VP9 stores colour at half resolution.
     size = (WIDTH, 2 * round(frame.shape[0] * scale / 2))
-    image = np.asarray(cv2.resize(frame, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    camera = track.recording.views[0].camera
-    wrist, elbow = track.joints["wrist"].mean[row], track.joints["elbow"].mean[row]
-    if np.isfinite(wrist).all():
-        _ellipse(image, camera, wrist, track.state_covariance[row][:3, :3], scale)
-        shoulder = np.asarray(track.recording.arm.shoulder_m)
-        points = camera.project(np.stack([shoulder, elbow, wrist])) * scale
-        if np.isfinite(points).all() and np.abs(points).max() < 10_000:
-            corners = np.rint(points).astype(np.int32)
-            cv2.polylines(image, [corners], False, ARM, 2, cv2.LINE_AA)
-            for corner in corners:
-                cv2.circle(image, corner.tolist(), 4, ARM, -1, cv2.LINE_AA)
-    seen = track.sightings.pixels[row, 0] * scale
-    if np.isfinite(seen).all():
-        cv2.drawMarker(image, np.rint(seen).astype(int).tolist(), PATCH, cv2.MARKER_CROSS, 12, 2, cv2.LINE_AA)
-    words = f"{track.time_s[row]:6.2f} s  {track.reason[row]}"
-    for colour, width in (((0, 0, 0), 3), (WORDS, 1)):
-        cv2.putText(image, words, (8, size[1] - 10), cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, width, cv2.LINE_AA)
-    return image
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC
+    return np.asarray(cv2.resize(frame, size, interpolation=how), dtype=np.uint8), scale
 
 
-def _ellipse(image: Image, camera: Camera, wrist: Array, covariance: Array, scale: float) -> None:
-    """The 95 % ellipse of the wrist in the image."""
-    h = 1e-3
-    around = camera.project(np.concatenate([wrist + h * np.eye(3), wrist - h * np.eye(3)])) * scale
-    slope = (around[:3] - around[3:]).T / (2 * h)
-    spread = CHI2_95 * slope @ covariance @ slope.T
-    centre = camera.project(wrist[None])[0] * scale
-    if not (np.isfinite(spread).all() and np.isfinite(centre).all()):
-        return
-    values, vectors = np.linalg.eigh(spread)
-    half = np.sqrt(np.maximum(values, 0.0))
-    if half.max() < 1000:
-        angle = float(np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
-        axes = (max(1, round(half[1])), max(1, round(half[0])))
-        cv2.ellipse(image, np.rint(centre).astype(int).tolist(), axes, angle, 0, 360, BAND, 2, cv2.LINE_AA)
+def caption(image: Image, words: str) -> None:
+    """Words at the lower edge, readable on anything."""
+    place = (8, image.shape[0] - 10)
+    for colour, width in (((0, 0, 0), 3), ((255, 255, 255), 1)):
+        cv2.putText(image, words, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, width, cv2.LINE_AA)

@@ -8,27 +8,48 @@ from dataclasses import dataclass
 from importlib import resources
 
 import jinja2
-import numpy as np
 
 from pytracker._core import __version__
 from pytracker.evaluate import Scores
-from pytracker.report import figures
-from pytracker.track_arm import ArmTrack
+from pytracker.joint_track import Track
 
-__all__ = ["render_page"]
+__all__ = ["PageFigure", "embedded", "render"]
 
 
 @dataclass(frozen=True)
-class _Figure:
+class PageFigure:
+    """A figure of a page.
+
+    Attributes:
+        title: heading.
+        alt: what it shows, in words.
+        source: the picture as a data URI.
+    """
+
     title: str
     alt: str
     source: str
 
 
-def render_page(
-    tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Sequence[Scores | None], *, has_overlay: bool
+def embedded(title: str, alt: str, picture: str | bytes) -> PageFigure:
+    """A figure from SVG text or the bytes of a PNG."""
+    raw, kind = (picture.encode(), "svg+xml") if isinstance(picture, str) else (picture, "png")
+    return PageFigure(title, alt, f"data:image/{kind};base64,{base64.b64encode(raw).decode()}")
+
+
+def render(
+    template: str,
+    tracks: Sequence[Track],
+    labels: Sequence[str],
+    scores: Sequence[Scores | None],
+    *,
+    title: str,
+    summary: str,
+    figures: Sequence[PageFigure],
+    has_overlay: bool,
+    **more: object,
 ) -> str:
-    """The page as text."""
+    """The page as text: `template` within the frame that all pages share."""
     environment = jinja2.Environment(
         loader=jinja2.FunctionLoader(
             lambda name: (resources.files("pytracker.report") / "templates" / name).read_text("utf-8")
@@ -39,13 +60,13 @@ def render_page(
         lstrip_blocks=True,
     )
     main = tracks[0]
-    return environment.get_template("report.html").render(
+    return environment.get_template(template).render(
         version=__version__,
-        title="Arm track" + (f": {main.recording.folder.name}" if main.recording.folder else ""),
-        summary=_summary(main, labels[0], scores[0]),
+        title=title + (f": {main.recording.folder.name}" if main.recording.folder else ""),
+        summary=summary,
         rows=list(zip(labels, scores, tracks, strict=True)),
         has_truth=scores[0] is not None,
-        figures=_figures(tracks, labels, scores[0]),
+        figures=figures,
         has_overlay=has_overlay,
         lost=_lost(main),
         warnings=main.recording.warnings,
@@ -53,56 +74,11 @@ def render_page(
             (label, track.seed, track.method.parameters()) for label, track in zip(labels, tracks, strict=True)
         ],
         main=main,
-        shares=np.isfinite(main.joints["wrist"].mean).all(axis=1).mean(),
+        **more,
     )
 
 
-def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
-    """What a clinician reads: one paragraph, in words and centimetres."""
-    seen = 100 * track.sightings.valid.mean()
-    half = 100 * np.nanmean((track.joints["wrist"].hi - track.joints["wrist"].lo) / 2, axis=0)
-    words = (
-        f"The wrist was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera frames) by "
-        f"“{label}”. The patch was seen in {seen:.1f} % of the frames. The tracker states "
-        f"its own uncertainty as a 95 % band of on average ±{half[0]:.1f} cm across (x), ±{half[1]:.1f} cm in y and "
-        f"±{half[2]:.1f} cm in height (z)."
-    )
-    if scores is not None:
-        wrist = scores.joints["wrist"]
-        words += (
-            f" Against the measured truth the wrist is {100 * wrist.rms_m:.1f} cm off (3-D root mean square), at worst "
-            f"{100 * wrist.worst_m:.1f} cm, and the bands hold the truth in "
-            f"{', '.join(f'{100 * c:.0f} %' for c in wrist.coverage)} of the frames (x, y, z; 95 % would be ideal)."
-        )
-    return words
-
-
-def _figures(tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Scores | None) -> list[_Figure]:
-    made = [
-        (
-            "Wrist over time",
-            f"Wrist position per axis over time by {len(tracks)} method(s), with the 95 % band of {labels[0]}"
-            + (" and the measured truth" if scores else ""),
-            figures.trajectories(tracks, labels),
-        )
-    ]
-    if scores is not None:
-        rms = 100 * scores.joints["wrist"].rms_m
-        alt = f"Error per axis over time with lines at plus and minus 5 cm; {labels[0]} has {rms:.1f} cm 3-D RMS"
-        made.append(("Error over time", alt, figures.errors(tracks, labels)))
-    made.append(
-        ("Path in space", f"Path of the wrist in space by {labels[0]}, with the arm", figures.path_3d(tracks, labels))
-    )
-    if any(np.isfinite(track.ess).any() for track in tracks):
-        alt = "Effective sample size over time as a share of the particles; shaded where the patch was not seen"
-        made.append(("Effective sample size", alt, figures.sample_size(tracks, labels)))
-    return [
-        _Figure(title, alt, "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode())
-        for title, alt, svg in made
-    ]
-
-
-def _lost(track: ArmTrack) -> list[tuple[float, float, str]]:
+def _lost(track: Track) -> list[tuple[float, float, str]]:
     """Stretches of frames with a reason: from, to (s), the reason of the first."""
     stretches: list[tuple[float, float, str]] = []
     start = None

@@ -17,11 +17,14 @@ import numpy as np
 from pytracker._core import InputError, __version__
 from pytracker.evaluate import Scores
 from pytracker.formats.text import parse_table, read_lines
-from pytracker.recording import ArmRecording
-from pytracker.rotation import Array
 from pytracker.joint_track import JointTrack, Track
+from pytracker.recording import Recording
+from pytracker.rotation import Array
+from pytracker.track_body import BodyTrack
 
 __all__ = ["read_track", "write_metadata", "write_scores", "write_track"]
+
+WORLDS = {"arm": "right-handed, z up", "body": "the skeleton's: right-handed, y up"}
 
 QUANTITIES = (("", "mean"), ("_sd", "sd"), ("_lo", "lo"), ("_hi", "hi"))
 
@@ -29,7 +32,8 @@ QUANTITIES = (("", "mean"), ("_sd", "sd"), ("_lo", "lo"), ("_hi", "hi"))
 def write_track(path: Path, track: Track) -> None:
     """One row a camera frame.
 
-    `time_s, frame`, then for every joint and axis `<joint>_<axis>_m`, `_sd_m`, `_lo_m`, `_hi_m` (95 % band), then
+    `time_s, frame`, then for every joint and axis `<joint>_<axis>_m`, `_sd_m`, `_lo_m`, `_hi_m` (95 % band), for a body
+    every tracked channel as `<bone>_<dof>_rad` (or `_m`) in the same way, then
     `ess, log_evidence, valid, reason`. A cell is empty where there is no value.
     """
     names, columns = [], []
@@ -39,6 +43,12 @@ def write_track(path: Path, track: Track) -> None:
             for d, axis in enumerate("xyz"):
                 names.append(f"{joint}_{axis}{suffix}_m")
                 columns.append(values[:, d])
+    if isinstance(track, BodyTrack):
+        for k, channel in enumerate(track.free):
+            unit = "m" if channel.split("_")[-1].startswith("t") else "rad"
+            for suffix, row in (("", 0), ("_sd", 2), ("_lo", 3), ("_hi", 4)):
+                names.append(f"{channel}{suffix}_{unit}")
+                columns.append(track.angles[row, :, k])
     columns += [track.ess, track.log_evidence]
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -102,7 +112,7 @@ def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -
         {
             "pytracker": __version__,
             "units": {"length": "m", "time": "s", "angle": "rad", "image": "px"},
-            "frames": {"world": "right-handed, z up", "bands": "2.5 % and 97.5 % quantiles per axis"},
+            "frames": {"world": WORLDS[recording.kind], "bands": "2.5 % and 97.5 % quantiles per axis"},
             "recording": _recording(recording),
             "tracks": [
                 {

@@ -7,13 +7,18 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
+
 from pytracker._core import InputError
 from pytracker.evaluate import Scores, evaluate
 from pytracker.evidence.sightings import Progress
+from pytracker.formats.amc import write_amc
+from pytracker.joint_track import Track
 from pytracker.output import whole_folder
 from pytracker.report.labels import labels as make_labels
 from pytracker.report.tables import write_metadata, write_scores, write_track
-from pytracker.joint_track import Track
+from pytracker.track_arm import ArmTrack
+from pytracker.track_body import BodyTrack
 
 __all__ = ["write_report"]
 
@@ -39,7 +44,11 @@ def write_report(
     scores = [_scores(track) for track in tracks]
     with whole_folder(Path(folder), force=force) as out:
         for number, track in enumerate(tracks):
-            write_track(out / _track_name(number, track, len(tracks)), track)
+            name = _track_name(number, track, len(tracks))
+            write_track(out / name, track)
+            if isinstance(track, BodyTrack):
+                poses = track.poses[np.isfinite(track.poses).all(axis=1)]
+                write_amc((out / name).with_suffix(".amc"), track.recording.skeleton, poses)
         write_metadata(out / "metadata.json", tracks, labels)
         if any(scores):
             write_scores(out / "scores.json", scores, labels)
@@ -63,15 +72,24 @@ def _track_name(number: int, track: Track, count: int) -> str:
 def _write_page(
     out: Path, tracks: Sequence[Track], labels: list[str], scores: list[Scores | None], progress: Progress | None
 ) -> None:
-    # Matplotlib takes a third of a second to import: only a report pays for it.
-    from pytracker.report.overlay import write_overlay  # noqa: PLC0415
-    from pytracker.report.page import render_page  # noqa: PLC0415
-
     if progress is not None:
         progress("report", 0)
+    # Matplotlib takes a third of a second to import: only a report pays for it.
+    from pytracker.report.arm_overlay import write_arm_overlay  # noqa: PLC0415
+    from pytracker.report.arm_page import render_arm_page  # noqa: PLC0415
+    from pytracker.report.body_overlay import write_body_overlay  # noqa: PLC0415
+    from pytracker.report.body_page import render_body_page  # noqa: PLC0415
+
+    arms = [track for track in tracks if isinstance(track, ArmTrack)]
+    bodies = [track for track in tracks if isinstance(track, BodyTrack)]
     # The encoder releases the interpreter: the figures are drawn beside it.
     with ThreadPoolExecutor(1) as pool:
-        overlay = pool.submit(write_overlay, out / "overlay.mp4", tracks[0])
-        page = render_page(tracks, labels, scores, has_overlay=tracks[0].recording.views[0].video is not None)
+        if arms:
+            overlay = pool.submit(write_arm_overlay, out / "overlay.mp4", arms[0])
+            has_overlay = arms[0].recording.views[0].video is not None
+            page = render_arm_page(arms, labels, scores, has_overlay=has_overlay)
+        else:
+            overlay = pool.submit(write_body_overlay, out / "overlay.mp4", bodies[0])
+            page = render_body_page(bodies, labels, scores)
         (out / "index.html").write_text(page, "utf-8")
         overlay.result()

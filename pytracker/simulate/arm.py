@@ -14,9 +14,17 @@ from functools import cached_property
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording import Arm, Camera, Imu, ArmRecording, Truth, View
-from pytracker.rotation import Array, Triple, triple
-from pytracker.rotation import axes_to_quaternion, conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.recording import Arm, ArmRecording, Camera, Imu, Truth, View
+from pytracker.rotation import (
+    Array,
+    Triple,
+    axes_to_quaternion,
+    conjugate,
+    multiply,
+    rotate,
+    rotation_vector_to_quaternion,
+    triple,
+)
 from pytracker.simulate.patterns import PATTERNS
 
 __all__ = ["ArmScene", "ArmSimulation"]

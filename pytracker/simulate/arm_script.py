@@ -1,4 +1,4 @@
-"""A built-in motion for the average skeleton: arms go from pose to pose, the trunk, the head and the feet never quite still."""
+"""A built-in motion for the average skeleton: arms go from pose to pose, the rest is never quite still."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ SWAY_DEG = {
 SWAY_M = {"root_tx": 0.02, "root_ty": 0.008, "root_tz": 0.02}
 
 
-def arm_script(skeleton: Skeleton, time_s: Array, root_height_m: float, pace_s: float, rng: np.random.Generator) -> Array:
+def arm_script(
+    skeleton: Skeleton, time_s: Array, root_height_m: float, pace_s: float, rng: np.random.Generator
+) -> Array:
     """Poses `(T, C)` of the average skeleton, m and rad; an arm changes its pose every `pace_s` or so."""
     poses = np.zeros((len(time_s), len(skeleton.channels)))
 

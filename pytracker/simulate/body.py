@@ -103,9 +103,9 @@ def simulate_body(
     force: bool = False,
     progress: Progress | None = None,
 ) -> Path:
-    """Write a simulated recording: `recording.toml`, video, background, point pairs, skeleton and truth. Returns the folder.
+    """Write a simulated recording: `recording.toml`, video, background, point pairs, skeleton and truth.
 
-    The folder appears whole or not at all. Raises `InputError` where it exists, unless `force`.
+    Returns the folder, which appears whole or not at all. Raises `InputError` where it exists, unless `force`.
     """
     scene = scene or BodyScene()
     rng = np.random.default_rng([seed, *b"body"])

@@ -117,7 +117,7 @@ class Painter:
 
     def _shadowed(self, places: dict[str, tuple[Array, Array]]) -> Image:
         """The wall with the person's soft shadow, thrown down and to the side."""
-        mask = np.zeros(self.wall.shape[:2], np.uint8)
+        mask: Image = np.zeros(self.wall.shape[:2], np.uint8)
         for limb in limbs():
             ends = []
             for bone, end in (limb.start, limb.end):
@@ -125,8 +125,8 @@ class Painter:
                 behind = p[2] - self.wall_z_m
                 ends.append(np.array([p[0] - 0.55 * behind, p[1] - 0.45 * behind, self.wall_z_m]))
             self._capsule(mask, ends[0], ends[1], limb.radii_m, 255, flat=True)
-        mask = cv2.GaussianBlur(mask, (0, 0), 2.5)
-        darkness = 1.0 - 0.35 * (mask[..., None].astype(np.float32) / 255)
+        soft = np.asarray(cv2.GaussianBlur(mask, (0, 0), 2.5), dtype=np.float32)
+        darkness = 1.0 - 0.35 * soft[..., None] / 255
         return np.asarray(self.wall * darkness, dtype=np.uint8)
 
     def _person(self, image: Image, places: dict[str, tuple[Array, Array]]) -> None:
@@ -147,7 +147,14 @@ class Painter:
         cv2.fillConvexPoly(image, corners, (96, 110, 104), cv2.LINE_AA)
 
     def _capsule(
-        self, image: Image, a: Array, b: Array, radii_m: tuple[float, float], colour: Colour | int, *, flat: bool = False
+        self,
+        image: Image,
+        a: Array,
+        b: Array,
+        radii_m: tuple[float, float],
+        colour: Colour | int,
+        *,
+        flat: bool = False,
     ) -> None:
         """A tapered capsule, lit from above: narrower and lighter ones on top of each other."""
         points = np.stack([a, b])
@@ -167,14 +174,16 @@ class Painter:
             hull = cv2.convexHull(np.rint(outline * (1 << SHIFT)).astype(np.int32))
             light = 0.62 + 0.38 * (shade + 1) / shades
             paint = colour if isinstance(colour, int) else tuple(min(255.0, light * c) for c in colour)
-            cv2.fillConvexPoly(image, hull, paint, cv2.LINE_AA, SHIFT)  # type: ignore[call-overload]
+            cv2.fillConvexPoly(image, hull, paint, cv2.LINE_AA, SHIFT)
 
     def _finish(self, image: Image) -> Image:
         """To the camera's size, with the lens's blur and the sensor's noise."""
         small = cv2.GaussianBlur(cv2.resize(image, self.size, interpolation=cv2.INTER_AREA), (0, 0), 0.6)
         field = self.fields[self.rng.integers(NOISE_FIELDS)]
         # A field of noise shifted at random is as good as a new one, and far cheaper.
-        shifted = np.roll(field, (int(self.rng.integers(self.size[1])), int(self.rng.integers(self.size[0]))), axis=(0, 1))
+        shifted = np.roll(
+            field, (int(self.rng.integers(self.size[1])), int(self.rng.integers(self.size[0]))), axis=(0, 1)
+        )
         return np.asarray(np.clip(small + self.noise * shifted, 0, 255), dtype=np.uint8)
 
 

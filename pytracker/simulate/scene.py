@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 
 from pytracker.formats.video import Image
 from pytracker.recording import Camera
-from pytracker.rotation import Array
-from pytracker.rotation import rotate
+from pytracker.rotation import Array, rotate
 from pytracker.simulate.arm import IMAGE_SIZE, ArmSimulation
 
 __all__ = ["render"]

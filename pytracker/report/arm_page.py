@@ -1,0 +1,73 @@
+"""The page of an arm's report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pytracker.evaluate import Scores
+from pytracker.report import arm_figures as figures
+from pytracker.report.drawing import sample_size
+from pytracker.report.page import PageFigure, embedded, render
+from pytracker.track_arm import ArmTrack
+
+__all__ = ["render_arm_page"]
+
+
+def render_arm_page(
+    tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Sequence[Scores | None], *, has_overlay: bool
+) -> str:
+    """The page as text."""
+    return render(
+        "arm.html",
+        tracks,
+        labels,
+        scores,
+        title="Arm track",
+        summary=_summary(tracks[0], labels[0], scores[0]),
+        figures=_figures(tracks, labels, scores[0]),
+        has_overlay=has_overlay,
+    )
+
+
+def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
+    """What a clinician reads: one paragraph, in words and centimetres."""
+    seen = 100 * track.sightings.valid.mean()
+    half = 100 * np.nanmean((track.joints["wrist"].hi - track.joints["wrist"].lo) / 2, axis=0)
+    words = (
+        f"The wrist was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera frames) by "
+        f"“{label}”. The patch was seen in {seen:.1f} % of the frames. The tracker states "
+        f"its own uncertainty as a 95 % band of on average ±{half[0]:.1f} cm across (x), ±{half[1]:.1f} cm in y and "
+        f"±{half[2]:.1f} cm in height (z)."
+    )
+    if scores is not None:
+        wrist = scores.joints["wrist"]
+        words += (
+            f" Against the measured truth the wrist is {100 * wrist.rms_m:.1f} cm off (3-D root mean square), at worst "
+            f"{100 * wrist.worst_m:.1f} cm, and the bands hold the truth in "
+            f"{', '.join(f'{100 * c:.0f} %' for c in wrist.coverage)} of the frames (x, y, z; 95 % would be ideal)."
+        )
+    return words
+
+
+def _figures(tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Scores | None) -> list[PageFigure]:
+    made = [
+        (
+            "Wrist over time",
+            f"Wrist position per axis over time by {len(tracks)} method(s), with the 95 % band of {labels[0]}"
+            + (" and the measured truth" if scores else ""),
+            figures.trajectories(tracks, labels),
+        )
+    ]
+    if scores is not None:
+        rms = 100 * scores.joints["wrist"].rms_m
+        alt = f"Error per axis over time with lines at plus and minus 5 cm; {labels[0]} has {rms:.1f} cm 3-D RMS"
+        made.append(("Error over time", alt, figures.errors(tracks, labels)))
+    made.append(
+        ("Path in space", f"Path of the wrist in space by {labels[0]}, with the arm", figures.path_3d(tracks, labels))
+    )
+    if any(np.isfinite(track.ess).any() for track in tracks):
+        alt = "Effective sample size over time as a share of the particles; shaded where the patch was not seen"
+        made.append(("Effective sample size", alt, sample_size(tracks, labels)))
+    return [embedded(title, alt, svg) for title, alt, svg in made]

@@ -1,0 +1,91 @@
+"""The page of a body's report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pytracker._core import KEY_JOINTS
+from pytracker.evaluate import Scores, error_by_speed
+from pytracker.report import body_figures as figures
+from pytracker.report.body_evidence import evidence_pictures
+from pytracker.report.drawing import sample_size
+from pytracker.report.page import PageFigure, embedded, render
+from pytracker.track_body import BodyTrack
+
+__all__ = ["render_body_page"]
+
+
+def render_body_page(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequence[Scores | None]) -> str:
+    """The page as text."""
+    main, truth = tracks[0], tracks[0].recording.truth
+    return render(
+        "body.html",
+        tracks,
+        labels,
+        scores,
+        title="Body track",
+        summary=_summary(main, labels[0], scores[0]),
+        figures=_figures(tracks, labels, scores),
+        has_overlay=True,
+        joints=KEY_JOINTS,
+        fit=main.recording.view.fit,
+        speeds=error_by_speed(main, truth) if truth is not None and scores[0] is not None else [],
+    )
+
+
+def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
+    """What a clinician reads: one paragraph, in words and centimetres."""
+    seen = 100 * np.isfinite(track.blobs).all(axis=2).mean(axis=0)
+    band = np.nanmean(
+        [(track.joints[j].hi - track.joints[j].lo) / 2 for j in ("left_wrist", "right_wrist")], axis=(0, 1)
+    )
+    words = (
+        f"The upper body was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera "
+        f"frames) by “{label}”. Skin was found for the head in {seen[0]:.0f} %, the left hand in {seen[1]:.0f} % and "
+        f"the right hand in {seen[2]:.0f} % of the frames. The tracker states its own uncertainty of the wrists as a "
+        f"95 % band of on average ±{100 * band[0]:.1f} cm sideways, ±{100 * band[1]:.1f} cm in height and "
+        f"±{100 * band[2]:.1f} cm in depth, which a single camera does not see."
+    )
+    if scores is not None:
+        words += (
+            f" Against the measured truth the eight joints are {100 * scores.average_m:.1f} cm off on average "
+            f"(standard deviation {100 * scores.average_sd_m:.1f} cm)."
+        )
+    return words
+
+
+def _figures(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequence[Scores | None]) -> list[PageFigure]:
+    main = tracks[0]
+    image, foreground, cues = evidence_pictures(main, len(main.time_s) // 2)
+    made: list[tuple[str, str, str | bytes]] = []
+    known = [score for score in scores if score is not None]
+    if len(known) == len(scores):
+        average = 100 * known[0].average_m
+        alt = (
+            f"Average error over eight joints in every frame by {len(tracks)} method(s); {labels[0]}: {average:.1f} cm"
+        )
+        made.append(("Average error over frames", alt, figures.error_over_frames(tracks, labels)))
+        alt = "Average error of every joint with its standard deviation: small at the trunk, larger along the arms"
+        made.append(("Error of the joints", alt, figures.joint_bars(known, labels)))
+    made += [
+        (
+            "Wrists over time",
+            f"Both wrists per axis over time with the 95 % band of {labels[0]}",
+            figures.wrists(main, labels[0]),
+        ),
+        (
+            "Angles over time",
+            f"Every tracked angle over time with the 95 % band of {labels[0]}",
+            figures.angles(main, labels[0]),
+        ),
+        ("Foreground", "A frame; its foreground from grey; its foreground from colour", foreground),
+        ("Edges and skin", "The same frame; its edges within the foreground; its skin", cues),
+    ]
+    if main.recording.view.fit is not None:
+        alt = "Points that the projection was fitted to, as given and as projected"
+        made.append(("Projection", alt, figures.projection(main.recording.view.fit, image)))
+    alt = "Effective sample size over time as a share of the particles"
+    made.append(("Effective sample size", alt, sample_size(tracks, labels)))
+    return [embedded(title, alt, picture) for title, alt, picture in made]
