@@ -51,7 +51,7 @@ def joint_bars(scores: Sequence[Scores], labels: Sequence[str]) -> str:
         axes.set_xticks(range(len(joints)), [joint.replace("_", "\n") for joint in joints])
         axes.set_ylim(bottom=0)
         axes.set_ylabel("average error (cm)")
-        legend_above(figure, axes)
+        figure.legend(loc="outside upper center", ncols=2, fontsize=8)
         return svg(figure)
 
 
