@@ -25,12 +25,12 @@ UP, DOWN, FORWARD, OUT = (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0), (1.
 BEND: Limits = {"rx": (-30, 60), "ry": (-45, 45), "rz": (-30, 30)}
 
 TRUNK: tuple[tuple[str, str, Direction, float, Limits], ...] = (
-    ("lowerback", "root", UP, 0.060, BEND),
-    ("upperback", "lowerback", UP, 0.062, BEND),
-    ("thorax", "upperback", UP, 0.062, BEND),
+    ("lowerback", "root", UP, 0.075, BEND),
+    ("upperback", "lowerback", UP, 0.080, BEND),
+    ("thorax", "upperback", UP, 0.080, BEND),
     ("lowerneck", "thorax", UP, 0.050, BEND),
     ("upperneck", "lowerneck", UP, 0.050, BEND),
-    ("head", "upperneck", UP, 0.085, BEND),
+    ("head", "upperneck", UP, 0.095, BEND),
 )
 """Bone, parent, direction, share of the height, limits in degrees by channel."""
 

@@ -49,6 +49,21 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return pt.simulate_arm(folder, pt.ArmScene(duration_s=3.0), seed=11)
 
 
+@pytest.fixture(scope="session")
+def simulated_body(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A short simulated body; copy it before changing it."""
+    folder = tmp_path_factory.mktemp("recordings") / "body"
+    return pt.simulate_body(folder, pt.BodyScene(duration_s=2.0), seed=11)
+
+
+@pytest.fixture(scope="session")
+def body(simulated_body: Path) -> pt.BodyRecording:
+    """The same, loaded."""
+    recording = pt.load(simulated_body)
+    assert isinstance(recording, pt.BodyRecording)
+    return recording
+
+
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(5)

@@ -47,7 +47,7 @@ class _File:
             if not line or line.startswith("#"):
                 continue
             if line.startswith(":"):
-                head, *rest = line[1:].split()
+                head, *rest = line[1:].split() or [""]
                 section = head.lower()
                 self.sections.setdefault(section, [])
                 if rest:
