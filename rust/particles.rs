@@ -144,6 +144,25 @@ impl ParticleSet {
         })
     }
 
+    /// Particles of equal weight from rows `(N, D)`, flattened.
+    ///
+    /// # Errors
+    /// As [`ParticleSet::new`]; [`crate::Error::Size`] where a row is not whole.
+    pub fn from_rows(dim: usize, rows: &[f64]) -> Result<Self> {
+        let mut set = Self::new(rows.len() / dim.max(1), dim)?;
+        if !rows.len().is_multiple_of(dim) {
+            return Err(crate::Error::Size { name: "row", got: rows.len() % dim, unit: "columns", expected: dim });
+        }
+        set.for_each_block(|b, mut block| {
+            for i in 0..block.len() {
+                for d in 0..dim {
+                    block.column_mut(d)[i] = rows[(b * BLOCK + i) * dim + d];
+                }
+            }
+        });
+        Ok(set)
+    }
+
     /// How many particles.
     pub fn len(&self) -> usize {
         self.len
@@ -219,12 +238,15 @@ impl ParticleSet {
     ///
     /// # Panics
     /// When `dim` is zero.
-    pub fn mapped(&self, dim: usize, mut map: impl FnMut(Block<'_>, &mut BlockMut<'_>)) -> Self {
+    pub fn mapped(&self, dim: usize, map: impl Fn(Block<'_>, &mut BlockMut<'_>) + Sync) -> Self {
         assert!(dim > 0, "a set has columns");
         let mut blocks = vec![0.0; self.len.div_ceil(BLOCK) * BLOCK * dim];
-        for (block, data) in self.blocks().zip(blocks.chunks_mut(dim * BLOCK)) {
-            let len = block.len();
-            map(block, &mut BlockMut { data, len });
+        let from: Vec<Block<'_>> = self.blocks().collect();
+        let work = |(block, data): (&Block<'_>, &mut [f64])| map(*block, &mut BlockMut { data, len: block.len() });
+        if self.is_parallel() {
+            from.par_iter().zip(blocks.par_chunks_mut(dim * BLOCK)).for_each(work);
+        } else {
+            from.iter().zip(blocks.chunks_mut(dim * BLOCK)).for_each(work);
         }
         let (log_weights, weights) = (self.log_weights.clone(), self.weights.clone());
         Self { dim, blocks, log_weights, weights, scratch: Scratch::default(), ..*self }

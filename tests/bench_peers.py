@@ -11,9 +11,13 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from numpy_body_twin import NumpyKinematics
+from numpy_body_twin import missed_edges as numpy_missed_edges
 from numpy_twin import NumpyLayered, resample_residual
 
 import pytracker as pt
+from pytracker._core import missed_edges as rust_missed_edges
+from pytracker.skeleton import upper_body_parts
 
 BATCH_S = 0.25
 
@@ -76,6 +80,38 @@ def resampling_pair(particles: int) -> tuple[Callable[[], object], Callable[[], 
     return lambda: pt.resample("residual", weights, particles, 1), lambda: resample_residual(weights, rng)
 
 
+def body_pairs(particles: int) -> list[tuple[str, tuple[Callable[[], object], Callable[[], object]]]]:
+    """Kinematics of the 11-DOF upper body; the edge cue of its six outlines over a 320x240 image."""
+    rng = np.random.default_rng(1)
+    skeleton = pt.average_skeleton(1.75)
+    pose = np.zeros(len(skeleton.channels))
+    states = 0.3 * rng.standard_normal((particles, 11))
+    camera = pt.WeakPerspective(affine=((139.0, 0.0, 0.0, 160.0), (0.0, -139.0, 0.0, 120.0)))
+    free = skeleton.columns(pt.UPPER_BODY)
+    tracker = pt.BodyTracker(
+        skeleton.core, pose.tolist(), free, skeleton.limits_rad, list(upper_body_parts()), camera, pt.BodyPlain()
+    )
+    twin = NumpyKinematics(skeleton, pose, pt.UPPER_BODY)
+    edges = (rng.random((240, 320)) < 0.1).astype(np.uint8)
+    # A torso, a head and four limbs: 1042 px a particle, as in the design's measurement.
+    sizes = np.array([(50.0, 90.0), (20.0, 30.0), (16.0, 65.0), (16.0, 65.0), (12.0, 70.5), (12.0, 70.5)])
+    corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    turns = rng.uniform(0, np.pi, (particles, 6))
+    rotation = np.stack(
+        [np.stack([np.cos(turns), -np.sin(turns)], -1), np.stack([np.sin(turns), np.cos(turns)], -1)], -2
+    )
+    places = np.array([160.0, 120.0]) + rng.uniform(-60, 60, (particles, 6, 1, 2))
+    outlines = (places + (sizes[:, None, :] * corners) @ rotation.swapaxes(-1, -2)).reshape(-1, 4, 2)
+    flat = np.ascontiguousarray(outlines.reshape(-1, 8))
+    return [
+        (f"body, kinematics, N = {particles}", (lambda: tracker.joints(states), lambda: twin(states))),
+        (
+            f"body, edge cue, N = {particles}",
+            (lambda: rust_missed_edges(edges, flat), lambda: numpy_missed_edges(edges, outlines)),
+        ),
+    ]
+
+
 def main() -> None:
     threads = os.environ.get("RAYON_NUM_THREADS", "all")
     print(f"{'work':<44}{'pytracker':>12}{'NumPy':>12}{'ratio':>8}   (threads: {threads})")
@@ -84,6 +120,8 @@ def main() -> None:
         ("arm, one camera frame, layered, N = 5000", frame_pair(5_000), 12),
         ("arm, one camera frame, layered, N = 50000", frame_pair(50_000), 12),
         ("residual resampling, N = 10000", resampling_pair(10_000), 12),
+        *((name, pair, 12) for name, pair in body_pairs(300)),
+        *((name, pair, 12) for name, pair in body_pairs(3000)[:1]),
     ]
     for name, (ours, twin), repeats in rows:
         a, b, ratio = alternate(ours, twin, repeats)

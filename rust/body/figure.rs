@@ -1,9 +1,9 @@
 //! The tracked figure: the sub-model, its key joints, its outer shape as a table of parts, and the limits of its joints.
 
 use super::model::{Place, SubModel};
+use crate::particles::ParticleSet;
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result, error::require};
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// The joints whose error Li & Kulić report, in the order of every estimate: (name, bone, along it).
@@ -149,8 +149,29 @@ impl Figure {
         })
     }
 
-    /// Key joints of a state, world, m.
-    pub fn key_joints(points: &[[f64; 3]]) -> [Vector3<f64>; KEY_JOINTS.len()] {
-        std::array::from_fn(|j| Vector3::from(points[j]))
+    /// Key joints of every particle as columns, `(N, 8 * 3)`, world, m, with the particles' weights.
+    pub fn key_joints(&self, particles: &ParticleSet) -> ParticleSet {
+        particles.mapped(3 * KEY_JOINTS.len(), |block, out| {
+            let count = block.len();
+            let mut points = vec![0.0; self.model.len() * 3 * count];
+            self.model.points(block, 0, count, &mut points);
+            // They are the model's first points.
+            for d in 0..3 * KEY_JOINTS.len() {
+                out.column_mut(d).copy_from_slice(&points[d * count..(d + 1) * count]);
+            }
+        })
+    }
+
+    /// The same of states from elsewhere.
+    ///
+    /// # Errors
+    /// [`Error::Size`] for another number of columns than the figure's state has.
+    pub fn joints_of(&self, states: &ParticleSet) -> Result<ParticleSet> {
+        let (got, expected) = (states.dim(), self.model.dim());
+        if got == expected {
+            Ok(self.key_joints(states))
+        } else {
+            Err(Error::Size { name: "states", got, unit: "columns", expected })
+        }
     }
 }

@@ -60,16 +60,17 @@ impl Lanes {
                     -0.5,
                 ],
             );
-        // The low bits of `shifted` count quarter turns.
-        let quarter = |i: usize| shifted.0[i].to_bits() & 3;
-        let turned = |x: Self, y: Self, i: usize, q: u64| {
-            let value = if q & 1 == 1 { y.0[i] } else { x.0[i] };
-            if q & 2 == 2 { -value } else { value }
+        // The low bits of `shifted` count quarter turns: odd ones swap sine and cosine, and some turn the sign. On bits,
+        // because a choice per number would leave the vector.
+        let quarter = shifted.0.map(f64::to_bits);
+        let pick = |even: Self, odd: Self, signs: [u64; LANES]| {
+            Self(std::array::from_fn(|i| {
+                let swap = 0u64.wrapping_sub(quarter[i] & 1);
+                let value = (even.0[i].to_bits() & !swap) | (odd.0[i].to_bits() & swap);
+                f64::from_bits(value ^ ((signs[i] & 2) << 62))
+            }))
         };
-        (
-            Self(std::array::from_fn(|i| turned(sin, cos, i, quarter(i)))),
-            Self(std::array::from_fn(|i| turned(cos, sin, i, quarter(i) ^ ((quarter(i) & 1) << 1)))),
-        )
+        (pick(sin, cos, quarter), pick(cos, sin, quarter.map(|q| q.wrapping_add(1))))
     }
 }
 

@@ -28,6 +28,15 @@ enum Source {
     Free(usize),
 }
 
+/// An angle of a segment.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+enum Turn {
+    /// Sine and cosine of one that stays.
+    Fixed(f64, f64),
+    /// Column of the state.
+    Free(usize),
+}
+
 /// A joint that moves, and all that hangs on it up to the next that does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Segment {
@@ -37,8 +46,8 @@ struct Segment {
     origin: [Source; 3],
     /// The joint's frame within the parent's.
     frame: Matrix3<f64>,
-    /// Turns, the last applied first: (axis, angle).
-    turns: Vec<(usize, Source)>,
+    /// Turns, the last applied first: axis and angle.
+    turns: Vec<(usize, Turn)>,
 }
 
 /// A sub-model: the skeleton, the pose that it keeps, and what is free of it.
@@ -206,9 +215,13 @@ impl Joint {
     }
 
     /// The last applied first, without those that do nothing.
-    fn turns(&self) -> Vec<(usize, Source)> {
+    fn turns(&self) -> Vec<(usize, Turn)> {
         let all = self.order.iter().rev().map(|axis| (*axis, self.angles[*axis]));
-        all.filter(|(_, source)| *source != Source::Fixed(0.0)).collect()
+        let turn = |source| match source {
+            Source::Fixed(angle) => Turn::Fixed(angle.sin(), angle.cos()),
+            Source::Free(column) => Turn::Free(column),
+        };
+        all.filter(|(_, source)| *source != Source::Fixed(0.0)).map(|(axis, source)| (axis, turn(source))).collect()
     }
 }
 
@@ -221,11 +234,7 @@ struct Frame {
 
 impl Frame {
     fn world() -> Self {
-        let number = |r: usize, c: usize| Lanes::splat(if r == c { 1.0 } else { 0.0 });
-        Self {
-            rotation: std::array::from_fn(|r| std::array::from_fn(|c| number(r, c))),
-            origin: [Lanes::splat(0.0); 3],
-        }
+        Self { rotation: constant(&Matrix3::identity()), origin: [Lanes::splat(0.0); 3] }
     }
 
     #[inline(always)]
@@ -236,6 +245,18 @@ impl Frame {
         })
     }
 
+    /// A frame within this one, before its own turns.
+    #[inline(always)]
+    fn child(&self, m: &Matrix3<f64>, origin: [Lanes; 3]) -> Self {
+        let times = |[x, y, z]: [Lanes; 3], [a, b, c]: [Lanes; 3]| x * a + y * b + z * c;
+        Self {
+            rotation: self
+                .rotation
+                .map(|row| std::array::from_fn(|c| times(row, std::array::from_fn(|k| Lanes::splat(m[(k, c)]))))),
+            origin: std::array::from_fn(|r| self.origin[r] + times(self.rotation[r], origin)),
+        }
+    }
+
     #[inline(always)]
     fn turned(mut self, axis: usize, (sin, cos): (Lanes, Lanes)) -> Self {
         let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -244,6 +265,12 @@ impl Frame {
         }
         self
     }
+}
+
+/// The same matrix for every particle.
+#[inline(always)]
+fn constant(m: &Matrix3<f64>) -> [[Lanes; 3]; 3] {
+    std::array::from_fn(|r| std::array::from_fn(|c| Lanes::splat(m[(r, c)])))
 }
 
 /// Forward kinematics of `count` particles, [`LANES`] at a time.
@@ -271,32 +298,31 @@ fn forward(
         };
         for s in 0..segments.len() {
             let segment = &segments[s];
-            let parent = segment.parent.map_or_else(Frame::world, |p| frames[p]);
-            let m = &segment.frame;
             let origin = segment.origin.map(value);
-            let along = |row: [Lanes; 3]| row[0] * origin[0] + row[1] * origin[1] + row[2] * origin[2];
-            let mut frame = Frame {
-                rotation: std::array::from_fn(|r| {
-                    let [x, y, z] = parent.rotation[r];
-                    std::array::from_fn(|c| {
-                        x * Lanes::splat(m[(0, c)]) + y * Lanes::splat(m[(1, c)]) + z * Lanes::splat(m[(2, c)])
-                    })
-                }),
-                origin: std::array::from_fn(|r| parent.origin[r] + along(parent.rotation[r])),
+            let mut frame = match segment.parent {
+                None => Frame { rotation: constant(&segment.frame), origin },
+                Some(parent) => frames[parent].child(&segment.frame, origin),
             };
-            for (axis, source) in &segment.turns {
-                let turn = match source {
-                    Source::Fixed(angle) => (Lanes::splat(angle.sin()), Lanes::splat(angle.cos())),
-                    Source::Free(_) => value(*source).sin_cos(),
+            for (axis, turn) in &segment.turns {
+                let (sin, cos) = match turn {
+                    Turn::Fixed(sin, cos) => (Lanes::splat(*sin), Lanes::splat(*cos)),
+                    Turn::Free(column) => value(Source::Free(*column)).sin_cos(),
                 };
-                frame = frame.turned(*axis, turn);
+                frame = frame.turned(*axis, (sin, cos));
             }
             frames[s] = frame;
         }
         for (p, (segment, place)) in points.iter().enumerate() {
-            for (d, lanes) in frames[*segment].at(place).iter().enumerate() {
+            // Many a point is a joint: where its segment begins.
+            let is_joint = *place == Vector3::zeros();
+            let at = if is_joint { frames[*segment].origin } else { frames[*segment].at(place) };
+            for (d, lanes) in at.iter().enumerate() {
                 let start = (3 * p + d) * count + first;
-                out[start..start + wide].copy_from_slice(&lanes.0[..wide]);
+                // A copy of known length is one store.
+                match out[start..].first_chunk_mut::<LANES>() {
+                    Some(whole) if wide == LANES => *whole = lanes.0,
+                    _ => out[start..start + wide].copy_from_slice(&lanes.0[..wide]),
+                }
             }
         }
     }

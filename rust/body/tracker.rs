@@ -270,7 +270,7 @@ impl BodyTracker {
             .collect();
         let figure = &self.figure;
         let estimate = self.filter.cycle(time_s, &layers, recorder, |particles, log_evidence| {
-            let joints = joint_set(figure, particles);
+            let joints = figure.key_joints(particles);
             let (state, joints) = (particles.summary(particles.dim()), joints.summary(joints.dim()));
             BodyEstimate { time_s, state, joints, blobs, ess: particles.ess(), log_evidence }
         });
@@ -316,17 +316,4 @@ impl BodyTracker {
     pub fn restore(bytes: &[u8]) -> Result<Self> {
         postcard::from_bytes(bytes).map_err(|e| Error::SavedState { reason: e.to_string() })
     }
-}
-
-/// Key joints of every particle as columns, with the particles' weights.
-fn joint_set(figure: &Figure, particles: &ParticleSet) -> ParticleSet {
-    let mut scratch = Vec::new();
-    particles.mapped(3 * KEY_JOINTS.len(), |block, out| {
-        let (count, wanted) = (block.len(), 3 * KEY_JOINTS.len());
-        scratch.resize(figure.model.len() * 3 * count, 0.0);
-        figure.model.points(block, 0, count, &mut scratch);
-        for d in 0..wanted {
-            out.column_mut(d).copy_from_slice(&scratch[d * count..(d + 1) * count]);
-        }
-    })
 }

@@ -5,7 +5,7 @@ use crate::body::edges::EdgeImage;
 use crate::body::{self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Weighing};
 use crate::camera::Camera;
 use crate::filter::Resampling;
-use crate::particles::Summary;
+use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::resample::Scheme;
 use crate::skeleton::{self, Bone, Channel};
@@ -197,15 +197,17 @@ impl BodyTracker {
         blobs: PyReadonlyArray2<'_, f64>,
         threads: Option<usize>,
     ) -> PyResult<BodyEstimate> {
-        let view = edges.as_array();
-        let (height, width) = view.dim();
-        let image = match view.as_slice() {
-            Some(bytes) => EdgeImage::new(width, height, bytes)?,
-            None => EdgeImage::new(width, height, &view.iter().copied().collect::<Vec<_>>())?,
-        };
-        let evidence = BodyEvidence { edges: image, blobs: rows("blobs", &blobs)? };
+        let evidence = BodyEvidence { edges: image(&edges)?, blobs: rows("blobs", &blobs)? };
         let estimate = py.detach(|| super::on_threads(threads, || self.0.update(time_s, &evidence)))?;
         Ok(BodyEstimate(estimate?))
+    }
+
+    /// Key joints `(T, 8, 3)`, world, m, of states `(T, D)`: m and rad. Raises `InputError`.
+    fn joints<'py>(&self, py: Python<'py>, states: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let view = states.as_array();
+        let set = ParticleSet::from_rows(view.ncols(), &view.iter().copied().collect::<Vec<_>>())?;
+        let joints = py.detach(|| self.0.figure().joints_of(&set))?;
+        PyArray1::from_vec(py, joints.rows()).reshape([set.len(), KEY_JOINTS.len(), 3])
     }
 
     /// Whole poses `(T, C)` of states `(T, D)`: m and rad. Raises `InputError`.
@@ -307,6 +309,16 @@ impl BodyEstimate {
     }
 }
 
+/// Edges `(H, W)`, any strides.
+fn image(edges: &PyReadonlyArray2<'_, u8>) -> Result<EdgeImage> {
+    let view = edges.as_array();
+    let (height, width) = view.dim();
+    match view.as_slice() {
+        Some(bytes) => EdgeImage::new(width, height, bytes),
+        None => EdgeImage::new(width, height, &view.iter().copied().collect::<Vec<_>>()),
+    }
+}
+
 /// Names of the key joints, in the order of every estimate.
 pub fn key_joints() -> Vec<&'static str> {
     KEY_JOINTS.iter().map(|(name, _, _)| *name).collect()
@@ -320,11 +332,10 @@ pub fn missed_edges<'py>(
     edges: PyReadonlyArray2<'py, u8>,
     outlines: PyReadonlyArray2<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let view = edges.as_array();
-    let (height, width) = view.dim();
-    let image = EdgeImage::new(width, height, &view.iter().copied().collect::<Vec<_>>())?;
-    let missed = rows::<8>("outlines", &outlines)?
-        .into_iter()
-        .map(|c| image.missed(&[[c[0], c[1]], [c[2], c[3]], [c[4], c[5]], [c[6], c[7]]]));
-    Ok(PyArray1::from_iter(py, missed))
+    let image = image(&edges)?;
+    let corners = |c: [f64; 8]| [[c[0], c[1]], [c[2], c[3]], [c[4], c[5]], [c[6], c[7]]];
+    let outlines: Vec<_> = rows::<8>("outlines", &outlines)?.into_iter().map(corners).collect();
+    let mut missed = vec![0.0; outlines.len()];
+    py.detach(|| image.missed_all(&outlines, &mut missed));
+    Ok(PyArray1::from_vec(py, missed))
 }
