@@ -10,7 +10,7 @@
 //!   at integers (`camera::tests::principal_point_is_a_pixel_centre`).
 //! * Quaternions are Hamilton, scalar first, and named for what they do: `q_world_sensor` takes vectors of
 //!   the sensor frame to the world (`quaternion::tests::quarter_turn_about_z_takes_x_to_y`).
-//! * World: right-handed, z up for the arm. An accelerometer at rest, z up, reads +9.81
+//! * World: right-handed; z up for the arm, the Acclaim file's own frame, y up, for the body. An accelerometer at rest, z up, reads +9.81
 //!   (`arm::timeline::tests::rest_reads_plus_g`).
 //! * Camera: x right, y down, z forward; `R|t` maps world to camera
 //!   (`camera::tests::right_is_plus_u_and_down_is_plus_v`).
@@ -25,8 +25,10 @@
 //! | [`particles`] | states and weights in one struct: normalise, ESS, moments, quantiles, mode, resample |
 //! | [`resample`] | multinomial, stratified, systematic, residual |
 //! | [`filter`] | the engine: layers of (transition, likelihoods); the recorder; the Kalman baseline |
-//! | [`quaternion`], [`camera`] | geometry |
+//! | [`quaternion`], [`camera`], [`projection`] | geometry |
+//! | [`skeleton`] | Acclaim bones and channels, forward kinematics |
 //! | [`arm`] | wrist IMU and colour patch (Tao & Hu 2008): models, methods, the online tracker |
+//! | [`body`] | upper body from one camera (Li & Kulić 2010): figure, cues, methods, the online tracker |
 
 pub mod arm;
 pub mod body;

@@ -77,11 +77,14 @@ def test_one_version() -> None:
     assert f"## {pt.__version__}" in (ROOT / "CHANGELOG.md").read_text("utf-8")
 
 
-def test_readme_example_runs(simulated: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_readme_example_runs(
+    simulated: Path, simulated_body: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.DOTALL)
-    assert len(blocks) == 2
+    assert len(blocks) == 3
     monkeypatch.chdir(tmp_path)
     (tmp_path / "trial03").symlink_to(simulated)
+    (tmp_path / "teapot").symlink_to(simulated_body)
     scope: dict[str, object] = {}
     for block in blocks:
         exec(compile(block, "README.md", "exec"), scope)  # noqa: S102
