@@ -1,7 +1,6 @@
 """What every track holds: joints over time, with error bars."""
 
-from __future__ import annotations
-
+# No deferred annotations here: those who inherit have other names in scope.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -31,8 +31,8 @@ class NumpyKinematics:
         self.bones = skeleton.bones
         columns = {name: k for k, name in enumerate(free)}
         wanted = {skeleton.bone(name) for name in ("head", "lhand", "rhand")}
-        for bone in sorted(wanted):
-            parent = self.bones[bone].parent
+        for leaf in sorted(wanted):
+            parent = self.bones[leaf].parent
             while parent is not None:
                 wanted.add(parent)
                 parent = self.bones[parent].parent
@@ -57,7 +57,9 @@ class NumpyKinematics:
         return np.asarray(frame @ m @ frame.T)
 
     def __call__(self, states: Float) -> tuple[dict[int, Float], dict[int, Float]]:
-        starts, ends, rotations = {}, {}, {}
+        starts: dict[int, Float] = {}
+        ends: dict[int, Float] = {}
+        rotations: dict[int, Float] = {}
         for b in self.order:
             bone, joint = self.bones[b], self.joints[b]
             rotation = self.constant[b]

@@ -141,7 +141,9 @@ def read_bvh(path: Path) -> tuple[list[tuple[str, int | None, Array, list[str]]]
 
 def bvh_joints(nodes: list[tuple[str, int | None, Array, list[str]]], row: Array) -> dict[str, Array]:
     """Where the joints are, m."""
-    rotations, places, values = [], [], iter(row)
+    rotations: list[Array] = []
+    places: list[Array] = []
+    values = iter(row)
     for _, parent, offset, channels in nodes:
         place, turn = (offset.copy() if parent is not None else np.zeros(3)), np.eye(3)
         for channel in channels:

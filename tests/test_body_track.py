@@ -94,7 +94,10 @@ def test_any_subset_of_channels_can_be_free(body: pt.BodyRecording) -> None:
         (lambda: pt.Partitioned(blob_sd_m=0.0), "blob_sd_m is 0, expected a positive length"),
         (lambda: pt.Partitioned(joint_density=float("nan")), "joint_density is NaN, expected 0 rad"),
         (lambda: pt.Partitioned(layers=((("leg",), 1.0, 1.0),)), "group 'leg' is not known"),
-        (lambda: pt.Partitioned(layers=(("torso", 1.0),)), "BodyMethod layers"),
+        (
+            lambda: pt.Partitioned(layers=(("torso", 1.0),)),  # type: ignore[arg-type]
+            "layers such as",
+        ),
         (lambda: pt.Partitioned(free=("tail_rx",)), "skeleton has no channel 'tail_rx'"),
         (lambda: pt.Partitioned(resampling="best"), "resampling 'best' is not known"),
     ],
@@ -103,7 +106,7 @@ def test_a_parameter_out_of_range_is_named(body: pt.BodyRecording, make: object,
     assert callable(make)
     with pytest.raises(pt.InputError) as error:
         pt.make_tracker(body, make())
-    assert expected.replace("BodyMethod layers", "layers such as") in str(error.value)
+    assert expected in str(error.value)
 
 
 def test_frames_must_come_in_order_and_be_images(body: pt.BodyRecording) -> None:

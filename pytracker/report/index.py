@@ -28,7 +28,8 @@ PAGE = """<!doctype html>
 body { margin: 0; background: var(--paper); color: var(--ink); font: 16px/1.55 system-ui, sans-serif; }
 main { max-width: 880px; margin: 0 auto; padding: 28px 20px; }
 section { border: 1px solid var(--line); border-radius: 8px; padding: 4px 20px 16px; margin: 18px 0; }
-video { width: 100%; max-width: 480px; background: #000; border-radius: 6px; } a { color: var(--accent); } .soft { color: var(--soft); }
+video { width: 100%; max-width: 480px; background: #000; border-radius: 6px; }
+a { color: var(--accent); } .soft { color: var(--soft); }
 table { border-collapse: collapse; width: 100%; } td { padding: .25rem 0; border-bottom: 1px solid var(--line); }
 td:last-child { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; padding-left: 1rem; }
 </style></head><body><main>

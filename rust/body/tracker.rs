@@ -4,7 +4,7 @@
 //! |---|---|
 //! | plain (Li & Kulić) | [zero-order, edges and skin rescaled over the set] |
 //! | annealed | [diffusion, cues] k times: flat to sharp, the diffusion shrinking |
-//! | partitioned | [torso] [left arm] [right arm] |
+//! | partitioned | torso; left arm; right arm |
 
 use super::cues::{FixedScale, Look, Rescaled, Scene};
 use super::edges::EdgeImage;
