@@ -48,7 +48,7 @@ class BodyMethod(Method):
     ess_threshold: float = 1.0
     base_density: float = 0.055
     base_turn_density: float = 0.11
-    trunk_density: float = 0.5
+    trunk_density: float = 0.75
     joint_density: float = 0.75
     blob_sd_m: float = 0.04
     blob_reach: float = 4.0

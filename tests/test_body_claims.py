@@ -12,7 +12,7 @@ import pytracker as pt
 from pytracker.body_methods import BodyMethod
 from pytracker.evaluate import average_error, frames_to_recover
 
-BACK = ("lowerback_rx", "lowerneck_rx")
+BACK = ("lowerback_rx", "thorax_rx", "lowerneck_rx", "upperneck_rx")
 
 
 def average_m(recording: pt.BodyRecording, method: BodyMethod, seeds: range) -> float:

@@ -43,6 +43,7 @@ class SilhouetteParameters:
         skin_cb: range of Cb.
         skin_darkest: least Y of skin.
         skin_area_m2: least and largest area of a blob.
+        skin_growth_m: skin is taken so far beyond the foreground, and gaps so wide in it are closed.
         skin_elongation: longer side over shorter side, at most.
     """
 
@@ -59,6 +60,7 @@ class SilhouetteParameters:
     skin_cb: tuple[int, int] = (95, 126)
     skin_darkest: int = 50
     skin_area_m2: tuple[float, float] = (0.0012, 0.06)
+    skin_growth_m: float = 0.05
     skin_elongation: float = 4.0
 
 
@@ -128,6 +130,8 @@ class Silhouette:
         self._y, self._cr, self._cb = cv2.split(cv2.cvtColor(background, cv2.COLOR_BGR2YCrCb))
         self._darkest = cv2.convertScaleAbs(self._y, alpha=self.parameters.shadow_darkest)
         self._dilation = np.ones((self.parameters.dilate_px,) * 2, np.uint8)
+        growth = 2 * round(0.5 * self.parameters.skin_growth_m * px_per_m) + 1
+        self._growth = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (growth, growth))
         self._opening = np.ones((self.parameters.open_px,) * 2, np.uint8)
 
     def __call__(self, image: Image) -> BodyEvidence:
@@ -174,8 +178,10 @@ class Silhouette:
         p = self.parameters
         mask = cv2.bitwise_and(cv2.inRange(cr, *p.skin_cr), cv2.inRange(cb, *p.skin_cb))
         mask = cv2.bitwise_and(mask, cv2.inRange(y, p.skin_darkest, 255))
-        mask = cv2.bitwise_and(mask, foreground)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening)
+        # A face that the background took for its own still shows in part: it grows from there.
+        mask = cv2.bitwise_and(mask, cv2.dilate(cv2.bitwise_and(mask, foreground), self._growth))
+        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._growth)
         contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         centres, areas = [], []
         for contour in contours:
