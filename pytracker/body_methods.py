@@ -50,7 +50,7 @@ class BodyMethod(Method):
     base_turn_density: float = 0.11
     trunk_density: float = 0.75
     joint_density: float = 0.75
-    blob_sd_m: float = 0.04
+    blob_sd_m: float = 0.08
     blob_reach: float = 4.0
     gate_m: float = 0.45
     anew_share: float = 0.0
@@ -90,7 +90,7 @@ class _Fixed(BodyMethod):
         edge_loss: log-likelihood lost by a part whose outline misses every edge.
     """
 
-    edge_loss: float = 5.0
+    edge_loss: float = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)

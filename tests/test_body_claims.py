@@ -47,21 +47,21 @@ def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) 
 def clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
     folder = tmp_path_factory.mktemp("clips")
     scene = pt.BodyScene(duration_s=4.0)
-    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, 6)]
+    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, 11)]
 
 
 def test_more_particles_help_most_up_to_300(clips: list[pt.BodyRecording]) -> None:
     """Fig. 5: the gain from 300 to 3000 is small beside that from 10 to 300."""
     error = {
-        n: np.mean([average_m(clip, pt.BodyPlain(particles=n), range(1, 5)) for clip in clips]) for n in (10, 300, 3000)
+        n: np.mean([average_m(clip, pt.BodyPlain(particles=n), range(1, 4)) for clip in clips]) for n in (10, 300, 3000)
     }
-    assert error[10] > 1.1 * error[300]
+    assert error[10] > error[300] + 0.01
     assert error[300] - error[3000] < 0.5 * (error[10] - error[300])
 
 
 def test_the_default_is_better_than_the_paper(clips: list[pt.BodyRecording]) -> None:
-    plain = np.mean([average_m(clip, pt.BodyPlain(), range(1, 4)) for clip in clips])
-    assert np.mean([average_m(clip, pt.Partitioned(), range(1, 4)) for clip in clips]) < plain
+    plain = np.mean([average_m(clip, pt.BodyPlain(), range(1, 3)) for clip in clips])
+    assert np.mean([average_m(clip, pt.Partitioned(), range(1, 3)) for clip in clips]) < plain
 
 
 @pytest.mark.parametrize("method", [pt.BodyPlain(), pt.Partitioned()], ids=lambda m: m.name)
