@@ -110,9 +110,19 @@ def browser() -> Iterator[Browser]:
         chromium.close()
 
 
+@pytest.fixture(scope="module")
+def body_report(body: pt.BodyRecording, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    tracks = [pt.track(body, method, 1) for method in (pt.Partitioned(particles=100), pt.BodyPlain(particles=100))]
+    return pt.write_report(tracks, tmp_path_factory.mktemp("report") / "body")
+
+
 @pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
-def test_page_in_a_browser(browser: Browser, report: Path, width: int, scheme: str) -> None:
+@pytest.mark.parametrize(("which", "figures", "methods"), [("report", 4, 4), ("body_report", 8, 2)])
+def test_page_in_a_browser(
+    browser: Browser, request: pytest.FixtureRequest, which: str, figures: int, methods: int, width: int, scheme: str
+) -> None:
     """No error, every image drawn and described, no sideways scrolling, nothing fetched from elsewhere."""
+    report: Path = request.getfixturevalue(which)
     page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)  # type: ignore[arg-type]
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
@@ -125,13 +135,15 @@ def test_page_in_a_browser(browser: Browser, report: Path, width: int, scheme: s
     assert all(url.startswith(("file:", "data:")) for url in fetched)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     images = page.evaluate("[...document.images].map(i => [i.complete && i.naturalWidth > 0, i.alt.length > 20])")
-    assert len(images) == 4
+    assert len(images) == figures
     assert all(all(image) for image in images)
-    assert page.locator("table").first.locator("tbody tr").count() == len(METHODS)
+    assert page.locator("table").first.locator("tbody tr").count() == methods
     page.close()
 
 
-def test_overlay_plays_inside_the_page(browser: Browser, report: Path) -> None:
+@pytest.mark.parametrize("which", ["report", "body_report"])
+def test_overlay_plays_inside_the_page(browser: Browser, request: pytest.FixtureRequest, which: str) -> None:
+    report: Path = request.getfixturevalue(which)
     page = browser.new_page()
     page.goto((report / "index.html").as_uri())
     played = page.evaluate(

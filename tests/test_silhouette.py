@@ -1,0 +1,143 @@
+"""Evidence of a body: foreground without its shadow, edges, blobs of skin; and the projection's fit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy import stats
+
+import pytracker as pt
+from pytracker.formats.video import Frame, frames
+from pytracker.projection import _student_975
+
+PX_PER_M = 100.0
+
+
+def wall() -> np.ndarray:
+    rng = np.random.default_rng(1)
+    image = np.full((120, 160, 3), (130, 134, 128), np.float64) + 2.0 * rng.standard_normal((120, 160, 3))
+    return np.clip(image, 0, 255).astype(np.uint8)
+
+
+def person(image: np.ndarray) -> np.ndarray:
+    """A blue body with a face and two hands."""
+    out = image.copy()
+    cv2.rectangle(out, (60, 40), (100, 110), (150, 80, 40), cv2.FILLED)
+    for centre in ((80, 30), (40, 70), (120, 70)):
+        cv2.circle(out, centre, 7, (125, 158, 214), cv2.FILLED)
+    return out
+
+
+def test_a_person_is_foreground_and_a_shadow_is_not() -> None:
+    background = wall()
+    shaded = background.copy()
+    shaded[60:110, 10:30] = (0.7 * shaded[60:110, 10:30]).astype(np.uint8)
+    found = pt.Silhouette(background, PX_PER_M)(person(shaded))
+    assert (found.foreground[45:105, 65:95] > 0).all()
+    assert (found.foreground[60:110, 10:30] > 0).mean() < 0.02
+    without = pt.Silhouette(background, PX_PER_M, pt.SilhouetteParameters(shadow_chroma=0))(person(shaded))
+    assert (without.foreground[65:105, 14:26] > 0).all()
+
+
+def test_skin_is_found_where_it_is() -> None:
+    found = pt.Silhouette(wall(), PX_PER_M)(person(wall()))
+    expected = np.array([(80, 30), (40, 70), (120, 70)])
+    assert len(found.blobs) == 3
+    apart = np.linalg.norm(found.blobs[:, None] - expected, axis=2)
+    assert apart.min(axis=0).max() < 1.5
+    assert found.areas_px == pytest.approx(np.pi * 7.5**2, rel=0.25)
+
+
+def test_edges_run_along_the_outline() -> None:
+    edges = pt.Silhouette(wall(), PX_PER_M)(person(wall())).edges
+    assert (edges[50:100, 57:64].max(axis=1) > 0).all()
+    assert (edges[50:100, 70:90] > 0).mean() < 0.05
+    assert not edges[:, :30].any()
+
+
+def test_an_empty_scene_is_no_error() -> None:
+    found = pt.Silhouette(wall(), PX_PER_M)(wall())
+    assert not found.edges.any()
+    assert found.blobs.shape == (0, 2)
+
+
+def test_what_cannot_be_used_is_refused() -> None:
+    extract = pt.Silhouette(wall(), PX_PER_M)
+    with pytest.raises(pt.InputError, match=r"frame is \(60, 160, 3\), expected \(120, 160, 3\)"):
+        extract(wall()[:60])
+    with pytest.raises(pt.InputError, match=r"background is uint8 \(120, 160\)"):
+        pt.Silhouette(wall()[..., 0], PX_PER_M)
+    with pytest.raises(pt.InputError, match="px_per_m is 0"):
+        pt.Silhouette(wall(), 0.0)
+    with pytest.raises(pt.InputError, match="no frame"):
+        pt.median_background(iter(()))
+
+
+def test_the_median_of_a_long_clip_is_the_background() -> None:
+    background = wall()
+
+    def clip() -> Iterator[Frame]:
+        for k in range(500):
+            image = background.copy()
+            image[:, (3 * k) % 120 : (3 * k) % 120 + 40] = (150, 80, 40)
+            yield Frame(k, k / 30, image)
+
+    assert np.abs(pt.median_background(clip()).astype(int) - background).max() == 0
+
+
+def test_blobs_of_a_simulated_person_are_its_hands_and_head(body: pt.BodyRecording) -> None:
+    """Where they are apart: a hand before the face is no blob of its own."""
+    extract = pt.silhouette_of(body)
+    near = []
+    for frame in frames(body.view.video):
+        k = int(np.argmin(np.abs(body.truth.time_s - frame.time_s))) if body.truth is not None else 0
+        assert body.poses is not None
+        starts, ends = body.skeleton.core.pose(body.poses[k : k + 1])
+        hands = [0.5 * (starts[0, body.skeleton.bone(b)] + ends[0, body.skeleton.bone(b)]) for b in ("lhand", "rhand")]
+        head = 0.5 * (starts[0, body.skeleton.bone("upperneck")] + ends[0, body.skeleton.bone("head")])
+        pixels = body.view.camera.project(np.array([head, *hands]))
+        if min(np.linalg.norm(pixels[a] - pixels[b]) for a, b in ((0, 1), (0, 2), (1, 2))) < 35:
+            continue
+        blobs = extract(frame.image).blobs
+        near += [len(blobs) > 0 and np.linalg.norm(blobs - p, axis=1).min() < 10 for p in pixels]
+    assert len(near) > 60
+    assert np.mean(near) > 0.9
+
+
+def test_every_real_clip_gives_evidence(shared: Callable[[str], Path]) -> None:
+    """Fifteen clips of three people; the background is the median over all of them."""
+    clips = {path.name: list(frames(path)) for path in sorted(shared("data/video/asl").glob("*.mkv"))}
+    assert len(clips) == 15
+    pool = [clip[k] for clip in clips.values() for k in np.linspace(0, len(clip) - 1, 8).astype(int)]
+    extract = pt.Silhouette(np.asarray(np.median([frame.image for frame in pool], axis=0), np.uint8), 480.0)
+    for name, clip in clips.items():
+        found = [extract(frame.image) for frame in clip]
+        assert np.mean([f.foreground.any() and f.edges.any() for f in found]) == 1.0, name
+        if not name.startswith(("book", "learn", "school", "walk")):
+            # The orange pullover of these four has the colour of skin.
+            assert np.mean([len(f.blobs) >= 2 for f in found]) > 0.8, name
+
+
+def test_fit_of_the_projection_is_least_squares_with_its_bounds() -> None:
+    rng = np.random.default_rng(3)
+    points = rng.uniform(-1, 1, (42, 3))
+    true = np.array([[138.0, 2.0, 0.0, 160.0], [-5.0, -156.0, 0.0, 336.0]])
+    inside = []
+    for _ in range(200):
+        pixels = points @ true[:, :3].T + true[:, 3] + 3.0 * rng.standard_normal((42, 2))
+        fit = pt.fit_weak_perspective(points, pixels)
+        inside.append((fit.low <= true) & (true <= fit.high))
+    assert 0.92 < np.mean(inside, axis=0)[:, [0, 1, 3]].mean() < 0.98
+    residual = pixels - (points @ fit.matrix[:, :3].T + fit.matrix[:, 3])
+    assert fit.sse == pytest.approx((residual**2).sum(axis=0))
+    assert fit.rmse == pytest.approx(np.sqrt(fit.sse / 39))
+    assert (fit.adjusted_r2 < fit.r2).all()
+
+
+@pytest.mark.parametrize("freedom", [1, 2, 3, 5, 10, 32, 39, 500])
+def test_quantile_of_students_t(freedom: int) -> None:
+    assert _student_975(freedom) == pytest.approx(stats.t.ppf(0.975, freedom), rel=3e-3)
