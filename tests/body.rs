@@ -1,0 +1,188 @@
+//! The body's cues and tracker on a figure of a few bones.
+
+use nalgebra::{Matrix3, Vector3};
+use pytracker::Error;
+use pytracker::body::cues::{FixedScale, Look, Rescaled, Scene};
+use pytracker::body::edges::EdgeImage;
+use pytracker::body::{BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Figure, Group, Part, Weighing};
+use pytracker::filter::{Likelihood, Resampling};
+use pytracker::particles::ParticleSet;
+use pytracker::projection::Projection;
+use pytracker::resample::Scheme;
+use pytracker::skeleton::{Bone, Channel, Skeleton};
+
+const ALL: [Group; 3] = [Group::Torso, Group::LeftArm, Group::RightArm];
+
+/// Arms stretched out to the sides, 0.3 m and 0.25 m long; turning a shoulder about z lifts the left arm.
+fn skeleton() -> Skeleton {
+    let all = [0, 1, 2].map(Channel::Rotation).to_vec();
+    let mut bones: Vec<Bone> = Vec::new();
+    let mut add = |name: &str, parent: Option<usize>, reach: [f64; 3], channels: &[Channel]| {
+        let (frame, order) = (Matrix3::identity(), [0, 1, 2]);
+        let reach = Vector3::from(reach);
+        bones.push(Bone { name: name.into(), parent, reach, frame, order, channels: channels.to_vec() });
+        bones.len() - 1
+    };
+    let root = [[0, 1, 2].map(Channel::Translation).to_vec(), all.clone()].concat();
+    let root = add("root", None, [0.0; 3], &root);
+    let thorax = add("thorax", Some(root), [0.0, 0.4, 0.0], &[]);
+    let neck = add("upperneck", Some(thorax), [0.0, 0.15, 0.0], &[]);
+    add("head", Some(neck), [0.0, 0.15, 0.0], &[]);
+    for (side, x) in [("l", 1.0), ("r", -1.0)] {
+        let clavicle = add(&format!("{side}clavicle"), Some(thorax), [0.18 * x, 0.05, 0.0], &[]);
+        let humerus = add(&format!("{side}humerus"), Some(clavicle), [0.3 * x, 0.0, 0.0], &all);
+        let radius = add(&format!("{side}radius"), Some(humerus), [0.15 * x, 0.0, 0.0], &all[..1]);
+        let wrist = add(&format!("{side}wrist"), Some(radius), [0.1 * x, 0.0, 0.0], &[]);
+        add(&format!("{side}hand"), Some(wrist), [0.1 * x, 0.0, 0.0], &[]);
+    }
+    Skeleton::new(bones).unwrap()
+}
+
+/// The left shoulder's rz is limited to ±1 rad.
+fn figure(free: &[usize]) -> Figure {
+    let skeleton = skeleton();
+    let channels = skeleton.channels().count();
+    let mut limits = vec![[f64::NEG_INFINITY, f64::INFINITY]; channels];
+    limits[8] = [-1.0, 1.0];
+    let part = |start: (&str, f64), end: (&str, f64), w: f64| Part {
+        start: (start.0.into(), start.1),
+        end: (end.0.into(), end.1),
+        half_width_m: [w, w],
+    };
+    let parts = [
+        part(("root", 0.0), ("thorax", 1.0), 0.16),
+        part(("lhumerus", 0.0), ("lhumerus", 1.0), 0.05),
+        part(("rhumerus", 0.0), ("rhumerus", 1.0), 0.05),
+    ];
+    Figure::new(&skeleton, &vec![0.0; channels], free, &limits, &parts).unwrap()
+}
+
+fn projection() -> Projection {
+    Projection::weak([[100.0, 0.0, 0.0, 100.0], [0.0, -100.0, 0.0, 100.0]]).unwrap()
+}
+
+/// No edge anywhere.
+fn blank() -> EdgeImage {
+    EdgeImage::new(200, 160, &vec![0; 200 * 160]).unwrap()
+}
+
+fn look() -> Look {
+    Look { groups: ALL.to_vec(), blob_sd_m: 0.05, blob_reach: 4.0, limits: false, penetration: false }
+}
+
+/// Left hand at 0.18 + 0.3 + 0.25 + 0.06 m, 0.45 m up.
+const LEFT_HAND: [f64; 2] = [179.0, 55.0];
+
+#[test]
+fn rescaled_distances_lie_between_nothing_and_one() {
+    let figure = figure(&[8]);
+    let projection = projection();
+    let edges = blank();
+    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None] };
+    let set = ParticleSet::from_rows(1, &[0.0, 0.1, 0.4]).unwrap();
+    let rescaled = |alpha, adapt| Rescaled { scene, look: look(), base: 1000.0, alpha, adapt };
+    let mut out = vec![0.0; 3];
+    rescaled(1.0, 0.0).log_likelihood(&set, &mut out);
+    // All miss all edges alike: only the blob tells them apart, the best by nothing, the worst by ln A.
+    assert!(out[0].abs() < 1e-9 && out[1] < out[0] && out[2] < out[1]);
+    assert!((out[2] + 1000f64.ln()).abs() < 1e-9);
+    // The cue that tells nothing loses its weight to the other.
+    rescaled(1.0, 1.0).log_likelihood(&set, &mut out);
+    assert!((out[2] + 2.0 * 1000f64.ln()).abs() < 1e-9);
+    assert!(!rescaled(1.0, 0.0).has_evidence());
+    // All equal: all weigh the same, whatever is seen.
+    let same = ParticleSet::from_rows(1, &[0.3, 0.3, 0.3]).unwrap();
+    rescaled(1.0, 0.0).log_likelihood(&same, &mut out);
+    assert!(out.iter().all(|x| *x == 0.0));
+}
+
+#[test]
+fn a_fixed_scale_is_in_standard_deviations_and_ends() {
+    let figure = figure(&[0]);
+    let (projection, edges) = (projection(), blank());
+    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None] };
+    let fixed = FixedScale { scene, look: look(), edge_loss: 2.0, sharpness: 1.0, is_evidence: true };
+    let set = ParticleSet::from_rows(1, &[0.0, 0.05, 0.10, 5.0]).unwrap();
+    let mut out = vec![0.0; 4];
+    fixed.log_likelihood(&set, &mut out);
+    // Three parts that miss everything, and 0, 1, 2 and at most 4 standard deviations.
+    for (found, sd) in out.iter().zip([0.0, 1.0, 2.0, 4.0]) {
+        assert!((found - (-6.0 - 0.5 * sd * sd)).abs() < 1e-9, "{out:?}");
+    }
+}
+
+#[test]
+fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
+    let figure = figure(&[7, 8, 9]);
+    let (projection, edges) = (projection(), blank());
+    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3] };
+    let loss = |limits, penetration, row: [f64; 3]| {
+        let set = ParticleSet::from_rows(3, &row).unwrap();
+        scene.distances(&set, &Look { limits, penetration, ..look() })[0].body_loss
+    };
+    assert_eq!(loss(true, true, [0.0; 3]), 0.0);
+    // 0.2 rad beyond a limit is two of its standard deviations.
+    assert!((loss(true, false, [0.0, 1.2, 0.0]) - 2.0).abs() < 1e-9);
+    assert_eq!(loss(false, false, [0.0, 1.2, 0.0]), 0.0);
+    // The upper arm turned inwards leads the elbow into the trunk.
+    assert!(loss(false, true, [0.0, -2.0, 0.0]) > 1.0);
+}
+
+fn method(layers: Vec<BodyLayer>, weighing: Weighing) -> BodyMethod {
+    BodyMethod {
+        len: 400,
+        layers,
+        resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
+        diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },
+        anew_share: 0.0,
+        weighing,
+        blob_sd_m: 0.03,
+        blob_reach: 4.0,
+        gate_m: 0.5,
+        limits: true,
+        penetration: false,
+    }
+}
+
+#[test]
+fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
+    let layer = BodyLayer { groups: vec![Group::LeftArm], spread: 1.0, sharpness: 1.0 };
+    let weighing = Weighing::Fixed { edge_loss: 0.0 };
+    let mut tracker = BodyTracker::new(figure(&[0, 1, 8, 12]), projection(), method(vec![layer], weighing), 3).unwrap();
+    let mut estimate = None;
+    for k in 0..30 {
+        // The left arm goes up by 0.6 rad in a second.
+        let lift = 0.02 * f64::from(k);
+        let hand = [118.0 + 61.0 * lift.cos(), 55.0 - 61.0 * lift.sin()];
+        let evidence = BodyEvidence { edges: blank(), blobs: vec![hand] };
+        estimate = Some(tracker.update(f64::from(k) / 30.0, &evidence).unwrap());
+    }
+    let estimate = estimate.unwrap();
+    assert!((estimate.state.mean[2] - 0.58).abs() < 0.08, "{}", estimate.state.mean);
+    // The root and the right arm belong to no layer.
+    assert_eq!([estimate.state.mean[0], estimate.state.mean[1], estimate.state.mean[3]], [0.0; 3]);
+    assert!(estimate.log_evidence.is_some());
+    assert_eq!(estimate.blobs[1].map(|_| ()), Some(()));
+    assert!(matches!(
+        tracker.update(0.5, &BodyEvidence { edges: blank(), blobs: vec![] }),
+        Err(Error::Late { what: "frame", .. })
+    ));
+}
+
+#[test]
+fn a_saved_tracker_goes_on_with_the_same_bits() {
+    let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
+    let weighing = Weighing::Rescaled { base: 100.0, alpha: 1.0, adapt: 0.0 };
+    let mut tracker = BodyTracker::new(figure(&[0, 1, 8]), projection(), method(vec![layer], weighing), 5).unwrap();
+    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND] };
+    for k in 0..5 {
+        tracker.update(f64::from(k) / 30.0, &evidence).unwrap();
+    }
+    let mut again = BodyTracker::restore(&tracker.save().unwrap()).unwrap();
+    for k in 5..10 {
+        let (one, other) =
+            (tracker.update(f64::from(k) / 30.0, &evidence), again.update(f64::from(k) / 30.0, &evidence));
+        assert_eq!(one.unwrap(), other.unwrap());
+    }
+    assert!(BodyTracker::restore(&[1, 2, 3]).is_err());
+}
