@@ -68,6 +68,9 @@ DEFAULTS = {"arm": "joint", "body": "partitioned"}
 
 KINDS: dict[str, Mapping[str, type[Method]]] = {"arm": METHODS, "body": BODY_METHODS}
 
+FEW_VALID = 0.5
+"""Fewer valid frames than this share, and the command says so."""
+
 WORDS = f"Arm: {', '.join(METHODS)}. Body: {', '.join(BODY_METHODS)}."
 
 Folder = Annotated[Path, typer.Argument(help="Recording folder (holds recording.toml).")]
@@ -154,6 +157,9 @@ def track(
                 print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
+    if result.valid.mean() < FEW_VALID:
+        unseen = len(result.valid) - int(result.valid.sum())
+        _warn((f"{folder}: {unseen} of {len(result.valid)} frames are not valid, see reason in track.csv",))
     if recording.truth is not None:
         _print_comparison([result], quiet)
     _say(f"wrote {out}", quiet)

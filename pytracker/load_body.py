@@ -27,6 +27,15 @@ else:
 
 __all__ = ["load_body"]
 
+SLACK_S = 0.1
+"""Truth and video may end this far apart without a word."""
+
+MOST = 1000.0
+"""No angle in degrees and no place in metres is larger."""
+
+LEAST_PX = 8.0
+"""Root to head must span as much in the first frame; less is a camera in other units."""
+
 POOR_FIT_PX = 15.0
 """A weak-perspective fit worse than this is no fit."""
 
@@ -39,6 +48,8 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
+    if truth is not None:
+        warnings += _uncovered(folder / camera_entry.video, view, truth)
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
     names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
     files = [folder / name for name in names if name is not None]
@@ -69,10 +80,17 @@ def _view(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
         raise InputError(
             f"{path}: camera[0] has {' and '.join(given) or 'none'}, expected one of points, affine, matrix"
         )
+    idle = {"distortion", "rotation", "translation_m"} & entry.model_fields_set
+    if idle and entry.matrix is None:
+        raise InputError(f"{path}: camera[0].{sorted(idle)[0]} goes with matrix, not with {given[0]}")
     fit: ProjectionFit | None = None
     camera: WeakPerspective | Camera
     if entry.points is not None:
-        fit = fit_weak_perspective(*read_points(folder / entry.points))
+        points = read_points(folder / entry.points)
+        try:
+            fit = fit_weak_perspective(*points)
+        except InputError as error:
+            raise InputError(f"{folder / entry.points}: {error}") from None
         if fit.rmse.max() > POOR_FIT_PX:
             raise InputError(
                 f"{folder / entry.points}: the points fit weak perspective to {fit.rmse[0]:.1f} and "
@@ -101,6 +119,12 @@ def _affine(path: Path, rows: tuple[tuple[float, ...], tuple[float, ...]]) -> We
     if widths not in ([3, 3], [4, 4]):
         raise InputError(f"{path}: camera[0].affine has rows of {widths} numbers, expected 2 x 3 or 2 x 4")
     u, v = (row if len(row) == 4 else (row[0], row[1], 0.0, row[2]) for row in rows)
+    a, b = np.array(u[:3]), np.array(v[:3])
+    if not np.linalg.norm(np.cross(a, b)) > 0.1 * np.linalg.norm(a) * np.linalg.norm(b):
+        raise InputError(
+            f"{path}: camera[0].affine is {[list(row) for row in rows]}, expected rows in px/m that are not zero and "
+            "point in different directions"
+        )
     return WeakPerspective(affine=(u, v))
 
 
@@ -123,8 +147,28 @@ def _truth(folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton) 
     if file.suffix.lower() != ".amc":
         raise InputError(f"{path}: truth.file is {entry.file!r}, expected an .amc motion")
     motion = read_amc(file, skeleton)
-    time_s = np.arange(len(motion.poses)) / entry.rate_hz + entry.offset_s
-    return Truth(time_s=time_s, joints_m=skeleton.joints(motion.poses)), motion.poses, motion.warnings
+    # By the frames' own numbers: where some are missing the others stay at their times.
+    time_s = (motion.numbers - motion.numbers[0]) / entry.rate_hz + entry.offset_s
+    steps = np.diff(motion.numbers)
+    gaps = [int(k) for k in np.flatnonzero(steps > np.median(steps))] if len(steps) > 1 else []
+    warnings = [
+        f"{file}: frame {motion.numbers[k + 1]} follows frame {motion.numbers[k]}; what lies between is not scored"
+        for k in gaps
+    ]
+    truth = Truth(time_s=time_s, joints_m=skeleton.joints(motion.poses))
+    return truth, motion.poses, (*motion.warnings, *warnings)
+
+
+def _uncovered(file: Path, view: BodyView, truth: Truth) -> tuple[str, ...]:
+    """A word where the truth covers only a part of the video."""
+    info = video.probe(file)
+    end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+    if truth.time_s[-1] >= end - SLACK_S:
+        return ()
+    return (
+        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the video "
+        f"{view.start_s:.3f} to {end:.3f} s; frames without truth are not scored: check rate_hz and offset_s",
+    )
 
 
 def _initial(
@@ -167,9 +211,10 @@ def _angles(file: Path, skeleton: Skeleton) -> Array:
     for name, value in values.items():
         if name not in skeleton.channels:
             raise InputError(f"{file}: {name} is no channel of the skeleton, expected such as {skeleton.channels[-1]}")
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
             raise InputError(
-                f"{file}: {name} is {value!r}, expected a finite number (degrees; root_tx, ty, tz: metres)"
+                f"{file}: {name} is {str(value)[:40]}, expected a number within ±{MOST:g} (degrees; root_tx, root_ty, "
+                "root_tz: metres)"
             )
         is_length = name.split("_")[-1].startswith("t")
         pose[skeleton.channels.index(name)] = value if is_length else math.radians(value)
@@ -181,9 +226,15 @@ def _check_in_view(path: Path, skeleton: Skeleton, initial: Array, view: BodyVie
     info = video.probe(view.video)
     joints = skeleton.joints(initial[None])
     pixels = view.camera.project(np.concatenate([joints["root"], joints["head"]]))
+    apart = float(np.linalg.norm(pixels[1] - pixels[0]))
+    if not apart >= LEAST_PX:
+        raise InputError(
+            f"{path}: at the first frame root and head are {apart:.3g} px apart, expected at least {LEAST_PX:.0f} px: "
+            "check the units of the camera and of its points (metres, pixels)"
+        )
     for name, (u, v) in zip(("root", "head"), pixels, strict=True):
         if not (-0.5 * info.width <= u <= 1.5 * info.width and -0.5 * info.height <= v <= 1.5 * info.height):
             raise InputError(
-                f"{path}: at the first frame the {name} is seen at ({u:.0f}, {v:.0f}) px, expected in or near the "
+                f"{path}: at the first frame the {name} is seen at ({u:.4g}, {v:.4g}) px, expected in or near the "
                 f"{info.width} x {info.height} px of {view.video}: check camera, skeleton and first pose"
             )

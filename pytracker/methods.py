@@ -33,7 +33,7 @@ def _unlike(value: Any, default: Any) -> str:
     if isinstance(default, bool) or isinstance(value, bool):
         return "" if isinstance(value, bool) and isinstance(default, bool) else _kind(default)
     if isinstance(default, int):
-        return "" if isinstance(value, Integral) and int(value) >= 0 else _kind(default)
+        return "" if isinstance(value, Integral) and 0 <= int(value) < 2**63 else _kind(default)
     if isinstance(default, float):
         return "" if isinstance(value, Real) else _kind(default)
     if isinstance(default, str):

@@ -16,11 +16,11 @@ MADE_HERE = ".made-by-pytracker"
 """Stands in every folder that is written here; only such a folder is ever replaced."""
 
 
-def check_target(target: Path, *, force: bool = False) -> Path:
+def check_target(target: Path, *, force: bool = False, is_recording: bool = False) -> Path:
     """`target` with links followed, if it may be written. Raises `InputError` before any work is done.
 
-    An existing folder is replaced only with `force`, and only when it was made here and holds no other folder:
-    a mistyped name must not cost anybody a recording.
+    An existing folder is replaced only with `force`, and only when it was made here, holds no folder that was not,
+    and is no recording unless another one (`is_recording`) takes its place: a mistyped name must not cost anybody one.
     """
     target = target.resolve()
     if not target.exists():
@@ -32,18 +32,28 @@ def check_target(target: Path, *, force: bool = False) -> Path:
     inside = list(target.iterdir())
     if inside and not (target / MADE_HERE).is_file():
         raise InputError(f"{target}: was not written by pytracker, expected a folder that was; it is not replaced")
-    if any(path.is_dir() for path in inside) or target in (Path.cwd(), *Path.cwd().parents):
+    if (target / "recording.toml").exists() and not is_recording:
+        raise InputError(f"{target}: holds a recording (recording.toml), expected another folder; it is not replaced")
+    if any(path.is_dir() and not _is_replaceable(path) for path in inside) or target in (
+        Path.cwd(),
+        *Path.cwd().parents,
+    ):
         raise InputError(f"{target}: holds other folders or is the current one; it is not replaced")
     return target
 
 
+def _is_replaceable(folder: Path) -> bool:
+    """Whether a folder inside may go with the one that holds it: made here, and no recording."""
+    return (folder / MADE_HERE).is_file() and not (folder / "recording.toml").exists()
+
+
 @contextmanager
-def whole_folder(target: Path, *, force: bool = False) -> Iterator[Path]:
+def whole_folder(target: Path, *, force: bool = False, is_recording: bool = False) -> Iterator[Path]:
     """A new folder to write into, which becomes `target` when the block ends well.
 
     A killed run leaves nothing under the final name. Raises `InputError` as `check_target`.
     """
-    target = check_target(target, force=force)
+    target = check_target(target, force=force, is_recording=is_recording)
     target.parent.mkdir(parents=True, exist_ok=True)
     beside = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
     # mkdtemp makes it private; the result is as open as any folder made here.

@@ -39,6 +39,11 @@ def fit_weak_perspective(points_3d: Array, points_2d: Array) -> ProjectionFit:
     freedom = len(points) - COEFFICIENTS
     sse = (residual**2).sum(axis=0)
     spread = ((pixels - pixels.mean(axis=0)) ** 2).sum(axis=0)
+    flat = np.flatnonzero(spread <= 0)
+    if flat.size:
+        raise InputError(
+            f"{'uv'[flat[0]]} is {pixels[0, flat[0]]:g} in every pair, expected points all over the picture"
+        )
     r2 = 1 - sse / spread
     covariance = np.linalg.inv(design.T @ design)
     half = _student_975(freedom) * np.sqrt(np.outer(sse / freedom, np.diag(covariance)))

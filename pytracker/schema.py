@@ -169,7 +169,11 @@ def read_recording_file(path: Path) -> ArmFile | BodyFile:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        faults = [_fault(model, fault) for fault in error.errors()]
+        found = error.errors()
+        # A list whose item is at fault is said to be too short as well: only the item is.
+        places = [fault["loc"] for fault in found]
+        inner = [f for f in found if not any(len(p) > len(f["loc"]) and p[: len(f["loc"])] == f["loc"] for p in places)]
+        faults = [_fault(model, fault) for fault in inner]
         raise InputError(f"{path}: " + "; ".join(faults)) from None
 
 

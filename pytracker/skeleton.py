@@ -98,6 +98,9 @@ class Skeleton:
 
     def columns(self, names: tuple[str, ...]) -> list[int]:
         """Indices of channels by name. Raises `InputError`."""
+        twice = [name for k, name in enumerate(names) if name in names[:k]]
+        if twice:
+            raise InputError(f"channel {twice[0]!r} is there twice, expected every channel once")
         missing = [name for name in names if name not in self.channels]
         if missing:
             raise InputError(f"skeleton has no channel {missing[0]!r}, expected one of: {', '.join(self.channels)}")

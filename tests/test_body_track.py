@@ -99,6 +99,8 @@ def test_any_subset_of_channels_can_be_free(body: pt.BodyRecording) -> None:
             "layers such as",
         ),
         (lambda: pt.Partitioned(free=("tail_rx",)), "skeleton has no channel 'tail_rx'"),
+        (lambda: pt.Partitioned(free=("root_tx", "root_tx")), "channel 'root_tx' is there twice"),
+        (lambda: pt.Partitioned(particles=10**23), "particles is 1000"),
         (lambda: pt.Partitioned(resampling="best"), "resampling 'best' is not known"),
     ],
 )
@@ -166,6 +168,9 @@ def folder(simulated_body: Path, tmp_path: Path) -> Path:
         ),
         ('points = "points.csv"', "matrix = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "camera[0].rotation is missing"),
         ('background = "background.png"', 'background = "b.png"', "b.png: no such file"),
+        ('points = "points.csv"', "affine = [[0, 0, 160], [0, -139, 280]]", "expected rows in px/m that are not zero"),
+        ('points = "points.csv"', "affine = [[1e-9, 0, 160], [0, -1e-9, 120]]", "root and head are"),
+        ('points = "points.csv"', 'points = "points.csv"\ndistortion = [1, 0, 0, 0, 0]', "distortion goes with matrix"),
         ("rate_hz = 120.0", "", "truth.rate_hz is missing"),
         ('file = "motion.amc"', 'file = "motion.bvh"', "truth.file is 'motion.bvh', expected an .amc motion"),
         ("[truth]", "[initial]\nframe = 99999\n[truth]", "initial.frame is 99999, expected below 241"),
@@ -195,6 +200,53 @@ def test_points_that_do_not_fit(folder: Path) -> None:
     path.write_text("x,y\n1,2\n")
     with pytest.raises(pt.InputError, match=r"points.csv:1: header has no column x_m, y_m, z_m, u, v"):
         pt.load(folder)
+
+
+def test_points_in_millimetres_or_in_one_column(folder: Path) -> None:
+    path = folder / "points.csv"
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    header = path.read_text().split("\n")[0]
+
+    def write(values: np.ndarray) -> None:
+        np.savetxt(path, values, fmt="%.5f", delimiter=",", header=header, comments="")
+
+    write(table * [1000, 1000, 1000, 1, 1])
+    with pytest.raises(pt.InputError, match=r"root and head are .* px apart, expected at least 8 px: check the units"):
+        pt.load(folder)
+    write(np.column_stack([table[:, :3], np.full(len(table), 160.0), table[:, 4]]))
+    with pytest.raises(pt.InputError, match=r"points.csv: u is 160 in every pair"):
+        pt.load(folder)
+
+
+def test_truth_keeps_its_frames_times_and_says_what_it_does_not_cover(folder: Path) -> None:
+    path = folder / "motion.amc"
+    whole = path.read_text("latin-1").split("\n")
+    starts = [k for k, line in enumerate(whole) if line.isdigit()]
+    without = whole[: starts[60]] + whole[starts[100] : starts[200]]
+    path.write_text("\n".join(without) + "\n", "latin-1")
+    recording = pt.load(folder)
+    assert recording.truth is not None
+    assert recording.truth.time_s[60] == pytest.approx(100 / 120)
+    assert np.isnan(recording.truth.at("head", np.array([80 / 120]))).all()
+    words = "\n".join(recording.warnings)
+    assert "frame 101 follows frame 60; what lies between is not scored" in words
+    assert "the truth covers 0.000 to 1.658 s and the video" in words
+
+
+def test_a_state_that_runs_away_is_a_lost_track(body: pt.BodyRecording) -> None:
+    with pytest.raises(pt.TrackingError, match=r"frame \d+: ") as error:
+        pt.track(body, pt.Partitioned(particles=50, joint_density=1e300), 1)
+    assert np.isnan(error.value.track.joints["left_wrist"].mean[-1]).all()
+    assert not error.value.track.valid[-1]
+
+
+def test_a_recording_is_never_replaced_by_a_report(folder: Path) -> None:
+    recording = pt.load(folder)
+    assert isinstance(recording, pt.BodyRecording)
+    track = pt.track(recording, pt.BodyPlain(particles=10))
+    with pytest.raises(pt.InputError, match=r"holds a recording \(recording.toml\), expected another folder"):
+        pt.write_report([track], folder, force=True, page=False)
+    assert (folder / "video.mp4").is_file()
 
 
 def test_a_video_without_truth_starts_from_angles(folder: Path) -> None:

@@ -162,6 +162,8 @@ def test_demo_compares_every_method(tmp_path: Path) -> None:
         assert words in done.stdout
     for words in ("Partitioned PF", "Annealed PF", "PF of Li & Kulić"):
         assert words in done.stdout
+    again = run("demo", "--out", tmp_path / "report", "--force", "--duration", "1", "--body-duration", "1", "--quiet")
+    assert again.returncode == 0, again.stderr
     page = (tmp_path / "report" / "index.html").read_text("utf-8")
     for kind in ("arm", "body"):
         assert f'href="{kind}/index.html"' in page

@@ -151,7 +151,9 @@ def test_a_bone_that_is_missing_is_said(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ("arm -30", "arm", "7: arm has 0 values, expected 1 as its dof say"),
+        ("arm -30", "arm", "7: 'arm' stands alone, expected a frame number or a bone and its values"),
+        ("\n2\n", "\n2.5\n", "8: '2.5' stands alone, expected a frame number"),
+        ("\n2\n", "\n\u00b2\n", "stands alone, expected a frame number"),
         ("arm -30", "arm x", "7: arm has the value 'x', expected a finite number"),
         ("arm -30", "arm inf", "7: arm has the value 'inf', expected a finite number"),
         ("arm -30", "leg -30", "7: bone 'leg' is not in the skeleton, expected one of: root, spine, arm"),

@@ -7,10 +7,12 @@ A bone that a file never names keeps its base pose, and is said.
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.text import read_lines
@@ -26,10 +28,12 @@ class Motion:
 
     Attributes:
         poses: `(T, C)`, metres and radians, in the order of `Skeleton.channels`.
+        numbers: of the frames, as the file has them `(T,)`, increasing.
         warnings: what is odd but usable, in words.
     """
 
     poses: Array
+    numbers: NDArray[np.int64]
     warnings: tuple[str, ...] = ()
 
 
@@ -43,14 +47,18 @@ def read_amc(path: Path | str, skeleton: Skeleton) -> Motion:
             continue
         if words[0].startswith(":"):
             reader.keyword(words[0])
-        elif len(words) == 1 and words[0].isdigit():
+        elif len(words) == 1 and re.fullmatch(r"[0-9]{1,9}", words[0]):
             reader.frame(line, int(words[0]))
         else:
             reader.bone(line, words[0], words[1:])
     if not reader.frames:
         raise InputError(f"{path}: holds no frame, expected an Acclaim motion (.amc)")
     poses = np.array(reader.frames, dtype=float) * _scale(skeleton, reader.in_degrees)
-    return Motion(poses, tuple(_missing(path, reader.columns, reader.seen, len(reader.frames))))
+    return Motion(
+        poses,
+        np.array(reader.numbers, dtype=np.int64),
+        tuple(_missing(path, reader.columns, reader.seen, len(reader.frames))),
+    )
 
 
 class _Reader:
@@ -60,6 +68,7 @@ class _Reader:
         self.path, self.in_degrees = path, skeleton.in_degrees
         self.columns, self.channels = _columns(skeleton), len(skeleton.channels)
         self.frames: list[list[float]] = []
+        self.numbers: list[int] = []
         self.seen: dict[str, int] = {}
         self._number = 0
         self._in_frame: set[str] = set()
@@ -74,10 +83,13 @@ class _Reader:
                 f"{self.path}:{line}: frame {number} after frame {self._number}, expected increasing numbers"
             )
         self._number, self._in_frame = number, set()
+        self.numbers.append(number)
         self.frames.append([0.0] * self.channels)
 
     def bone(self, line: int, name: str, words: list[str]) -> None:
         place = f"{self.path}:{line}"
+        if not words:
+            raise InputError(f"{place}: {name[:40]!r} stands alone, expected a frame number or a bone and its values")
         if not self.frames:
             raise InputError(f"{place}: {name[:40]!r} stands before the first frame number")
         if name not in self.columns:

@@ -98,7 +98,7 @@ class ArmScene:
     def __post_init__(self) -> None:
         """Check kinds and ranges."""
         for field in dataclasses.fields(self):
-            _check_kind(field.name, getattr(self, field.name), field.default)
+            check_kind(field.name, getattr(self, field.name), field.default)
         for name, is_good, expected in self._ranges():
             if not is_good:
                 raise InputError(f"{name} is {getattr(self, name)!r}, expected {expected}")
@@ -119,7 +119,7 @@ class ArmScene:
         yield "cameras", 1 <= self.cameras <= 4, "1 to 4"
 
 
-def _check_kind(name: str, value: object, default: object) -> None:
+def check_kind(name: str, value: object, default: object) -> None:
     """`value` must be of the kind of its default; numbers must be finite. Raises `InputError`."""
     if isinstance(default, bool):
         ok, expected = isinstance(value, bool), "true or false"
@@ -129,7 +129,7 @@ def _check_kind(name: str, value: object, default: object) -> None:
         ok, expected = _is_number(value), "a finite number"
     elif isinstance(default, str):
         ok, expected = isinstance(value, str), "a word"
-    elif name == "occlusions":
+    elif name in ("occlusions", "hidden"):
         ok = isinstance(value, tuple) and all(
             isinstance(pair, tuple) and len(pair) == 2 and all(map(_is_number, pair)) for pair in value
         )

@@ -5,6 +5,7 @@ The motion has all the skeleton's channels, of which a tracker has some: its mod
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from pytracker.formats.asf import read_asf
 from pytracker.output import whole_folder
 from pytracker.recording import Camera
 from pytracker.rotation import Array
+from pytracker.simulate.arm import check_kind
 from pytracker.simulate.arm_script import arm_script
 from pytracker.simulate.person import Clothes, Painter
 from pytracker.skeleton import Skeleton
@@ -77,7 +79,9 @@ class BodyScene:
     hidden: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        """Check ranges."""
+        """Check kinds and ranges."""
+        for field in dataclasses.fields(self):
+            check_kind(field.name, getattr(self, field.name), field.default)
         finite = all(np.isfinite(x) for x in (self.duration_s, self.frame_rate_hz, self.height_m, self.pace_s))
         for name, is_good, expected in (
             ("duration_s", finite and 0 < self.duration_s <= SECONDS_MOST, f"above 0, at most {SECONDS_MOST:.0f} s"),
@@ -87,8 +91,8 @@ class BodyScene:
             ("motion", bool(self.motion) == bool(self.skeleton), "both a skeleton and a motion, or neither"),
             ("first_frame", self.first_frame >= 0, "0 or more"),
             ("clothes", -1 <= self.clothes < len(CLOTHES), f"-1 to {len(CLOTHES) - 1}"),
-            ("distance_m", np.isfinite(self.distance_m) and self.distance_m >= 1.5, "at least 1.5 m"),
-            ("noise", np.isfinite(self.noise) and self.noise >= 0, "0 or more"),
+            ("distance_m", 1.5 <= self.distance_m <= 100, "1.5 to 100 m"),
+            ("noise", 0 <= self.noise <= 255, "0 to 255"),
             ("hidden", all(start < end for start, end in self.hidden), "(from, to) with from before to, s"),
         ):
             if not is_good:
@@ -119,7 +123,7 @@ def simulate_body(
     hidden = np.zeros(len(frame_time_s), dtype=bool)
     for start, end in scene.hidden:
         hidden |= (frame_time_s >= start) & (frame_time_s < end)
-    with whole_folder(Path(folder), force=force) as out:
+    with whole_folder(Path(folder), force=force, is_recording=True) as out:
         writer = cv2.VideoWriter(str(out / "video.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), scene.frame_rate_hz, SIZE)
         if not writer.isOpened():
             raise InputError(f"{out / 'video.mp4'}: OpenCV cannot write mp4v video here")

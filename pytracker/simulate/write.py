@@ -31,7 +31,7 @@ def simulate_arm(
     The folder appears whole or not at all. Raises `InputError` where it exists, unless `force`.
     """
     simulation = ArmSimulation(scene, seed)
-    with whole_folder(Path(folder), force=force) as out:
+    with whole_folder(Path(folder), force=force, is_recording=True) as out:
         boxes = []
         for index, camera in enumerate(simulation.cameras):
             _write_video(out / _video_name(index), simulation, index, progress)

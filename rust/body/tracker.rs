@@ -232,7 +232,8 @@ impl BodyTracker {
     /// Take a frame. The first moves nothing: the figure's pose is the pose there.
     ///
     /// # Errors
-    /// [`Error::Late`], [`Error::NotFinite`]; [`Error::AllWeightsZero`], after which it is [`Error::Lost`].
+    /// [`Error::Late`], [`Error::NotFinite`]; [`Error::AllWeightsZero`] and [`Error::RanAway`], after which it is
+    /// [`Error::Lost`].
     pub fn update(&mut self, time_s: f64, evidence: &BodyEvidence) -> Result<BodyEstimate> {
         self.update_recorded(time_s, evidence, None)
     }
@@ -274,11 +275,16 @@ impl BodyTracker {
             let (state, joints) = (particles.summary(particles.dim()), joints.summary(joints.dim()));
             BodyEstimate { time_s, state, joints, blobs, ess: particles.ess(), log_evidence }
         });
-        if estimate.is_err() {
-            self.lost_at_s = Some(time_s);
+        // Until it is known that all went well: a filter that failed half-way must not be used again.
+        self.lost_at_s = Some(time_s);
+        let estimate = estimate?;
+        let found = [&estimate.state.mean, &estimate.joints.mean];
+        if !found.into_iter().chain([&estimate.joints.mode]).all(|v| v.iter().all(|x| x.is_finite())) {
+            return Err(Error::RanAway { time_s });
         }
+        self.lost_at_s = None;
         self.last_frame_s = Some(time_s);
-        estimate
+        Ok(estimate)
     }
 
     /// Blobs to wearers, by where the mean of the particles expects them.
