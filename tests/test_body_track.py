@@ -14,6 +14,8 @@ import pytest
 import pytracker as pt
 from pytracker.body_methods import BodyMethod
 from pytracker.evaluate import average_error, error_by_speed, frames_to_recover
+from pytracker.formats.video import frames
+from pytracker.simulate.body import camera_before
 
 METHODS = (
     pt.BodyPlain(particles=300, adapt=0.5),
@@ -37,8 +39,6 @@ def test_online_is_offline_and_a_copy_goes_on(body: pt.BodyRecording) -> None:
     method = pt.Partitioned(particles=100)
     whole = pt.track(body, method, 5)
     extract, tracker = pt.silhouette_of(body), pt.make_tracker(body, method, 5)
-    from pytracker.formats.video import frames  # noqa: PLC0415
-
     for frame in frames(body.view.video):
         evidence = extract(frame.image)
         if frame.index == 10:
@@ -280,10 +280,8 @@ def test_without_a_background_the_median_serves(folder: Path) -> None:
 
 def test_a_calibrated_camera_serves_as_well(body: pt.BodyRecording) -> None:
     """Perspective and its weak approximation put the joints within a few pixels of each other."""
-    from pytracker.simulate.body import _camera  # noqa: PLC0415
-
     assert body.truth is not None
-    camera = _camera(body.truth.joints_m["root"], 4.0)
+    camera = camera_before(body.truth.joints_m["root"], 4.0)
     head = body.truth.joints_m["head"]
     assert np.abs(camera.project(head) - body.view.camera.project(head)).max() < 6.0
     view = dataclasses.replace(body.view, camera=camera)

@@ -26,7 +26,7 @@ from pytracker.simulate.arm_script import arm_script
 from pytracker.simulate.person import Clothes, Painter
 from pytracker.skeleton import Skeleton
 
-__all__ = ["BodyScene", "simulate_body"]
+__all__ = ["BodyScene", "camera_before", "simulate_body"]
 
 SIZE = (320, 240)
 MOTION_RATE_HZ = 120.0
@@ -117,7 +117,7 @@ def simulate_body(
     frame_time_s = np.arange(0.0, (len(poses) - 1) / MOTION_RATE_HZ, 1.0 / scene.frame_rate_hz)
     shown = poses[np.rint(frame_time_s * MOTION_RATE_HZ).astype(int)]
     root = skeleton.joints(shown)["root"]
-    camera = _camera(root, scene.distance_m)
+    camera = camera_before(root, scene.distance_m)
     clothes = CLOTHES[scene.clothes if scene.clothes >= 0 else int(rng.integers(len(CLOTHES)))]
     painter = Painter(camera, SIZE, clothes, float(root[:, 2].min()) - WALL_BEHIND_M, scene.noise, rng)
     hidden = np.zeros(len(frame_time_s), dtype=bool)
@@ -157,8 +157,8 @@ def _motion(scene: BodyScene, rng: np.random.Generator) -> tuple[Skeleton, Array
     return skeleton, arm_script(skeleton, time_s, 0.53 * scene.height_m, scene.pace_s, rng)
 
 
-def _camera(root: Array, distance_m: float) -> Camera:
-    """In front of the person's middle, level, looking along -z."""
+def camera_before(root: Array, distance_m: float) -> Camera:
+    """A camera before somebody whose root is at `root` `(T, 3)`, m: level, looking along -z."""
     middle = np.median(root, axis=0)
     # The upper body in the middle of the picture.
     place = np.array([middle[0], middle[1] + 0.15, middle[2] + distance_m])
