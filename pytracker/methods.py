@@ -22,6 +22,7 @@ __all__ = [
     "Layered",
     "LayeredFromConstraint",
     "Method",
+    "ParticleMethod",
     "Plain",
 ]
 
@@ -132,7 +133,7 @@ class ArmMethod(Method):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Particles(ArmMethod):
+class ParticleMethod(ArmMethod):
     """What every particle method has besides.
 
     Attributes:
@@ -150,28 +151,28 @@ class _Particles(ArmMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Plain(_Particles):
+class Plain(ParticleMethod):
     """The particle filter without the arm (Tao & Hu III-C)."""
 
     layers: Layers = (("inertial", ("colour",)),)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Layered(_Particles):
+class Layered(ParticleMethod):
     """Layered sampling (Tao & Hu III-E, the seven steps): colour first, then the arm's length."""
 
     layers: Layers = (("inertial", ("colour",)), ("walk", ("arm_length",)))
 
 
 @dataclass(frozen=True, kw_only=True)
-class LayeredFromConstraint(_Particles):
+class LayeredFromConstraint(ParticleMethod):
     """The same cycle as IV-B tells it: the arm's length at the last frame first, then colour."""
 
     layers: Layers = (("walk", ("arm_length",)), ("inertial", ("colour",)))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Joint(_Particles):
+class Joint(ParticleMethod):
     """Colour and the arm's length weighed together, in one layer: the best here, with defaults tuned as such.
 
     Acceleration bias and patch offset are estimated; `offset=False` where the patch is known to sit on the joint.

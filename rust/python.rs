@@ -8,6 +8,7 @@
 mod arm;
 mod body;
 mod estimate;
+mod record;
 mod resample;
 
 use crate::Error;
@@ -49,6 +50,8 @@ mod _core {
     use super::body::{BodyEstimate, BodyTracker, Skeleton, missed_edges};
     #[pymodule_export]
     use super::estimate::Estimate;
+    #[pymodule_export]
+    use super::record::LayerRecord;
     #[pymodule_export]
     use super::resample::resample;
     #[pymodule_export]

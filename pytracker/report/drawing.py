@@ -130,5 +130,5 @@ def legend_above(figure: Figure, axes: Axes) -> None:
 def svg(figure: Figure) -> str:
     """As text, the same every time."""
     out = io.StringIO()
-    figure.savefig(out, format="svg", facecolor="white", metadata={"Date": None, "Creator": None})
+    figure.savefig(out, format="svg", dpi=160, facecolor="white", metadata={"Date": None, "Creator": None})
     return out.getvalue()

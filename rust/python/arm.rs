@@ -1,18 +1,19 @@
 //! `ArmTracker`: the online tracker, and a recording in one call.
 
 use super::estimate::{Estimate, table};
+use super::record::{LayerRecord, records};
 use super::{rows, same_length};
 use crate::arm::ekf::Correction;
 use crate::arm::particle::{ArmLayer, Cue, Mover};
 use crate::arm::state::{GaussMarkov, View};
 use crate::arm::{self, Arm, Method, Noise, Sample};
 use crate::camera::Camera;
-use crate::filter::Resampling;
+use crate::filter::{History, Resampling};
 use crate::quaternion::Quaternion;
 use crate::resample::Scheme;
 use crate::{Error, Result};
 use nalgebra::{Matrix3, Vector2, Vector3};
-use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -216,12 +217,21 @@ impl ArmTracker {
     /// Raises `InputError`, or `TrackingError` when no particle explains what was seen.
     #[pyo3(signature = (time_s, pixel))]
     fn update(&mut self, py: Python<'_>, time_s: f64, pixel: Option<Pixels>) -> PyResult<Estimate> {
-        let pixels = match pixel {
-            None => vec![None; self.0.cameras()],
-            Some(Pixels::One(pixel)) => vec![seen(pixel)],
-            Some(Pixels::Several(several)) => several.into_iter().map(|p| p.and_then(seen)).collect(),
-        };
+        let pixels = self.pixels(pixel);
         Ok(Estimate(py.detach(|| self.0.update(time_s, &pixels))?))
+    }
+
+    /// The same, with what every layer did (none for a Gaussian method): same bits, more memory. Raises as `update`.
+    #[pyo3(signature = (time_s, pixel))]
+    fn update_recorded(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        pixel: Option<Pixels>,
+    ) -> PyResult<(Estimate, Vec<LayerRecord>)> {
+        let (pixels, mut history) = (self.pixels(pixel), History::default());
+        let estimate = py.detach(|| self.0.update_recorded(time_s, &pixels, Some(&mut history)))?;
+        Ok((Estimate(estimate), records(history)))
     }
 
     /// What is known at `time_s`, between frames; draws nothing and changes nothing. Raises `InputError`.
@@ -263,7 +273,13 @@ impl ArmTracker {
     #[getter]
     fn particles<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let Some(set) = self.0.particles() else { return Ok(None) };
-        Ok(Some(numpy::PyArray1::from_vec(py, set.rows()).reshape([set.len(), set.dim()])?))
+        Ok(Some(PyArray1::from_vec(py, set.rows()).reshape([set.len(), set.dim()])?))
+    }
+
+    /// Their normalised weights, `(N,)`; `None` for a Gaussian method.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+        self.0.particles().map(|set| set.weights().to_pyarray(py))
     }
 
     /// The whole tracker as bytes, for `restore` by the same version.
@@ -279,6 +295,17 @@ impl ArmTracker {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
         Ok((py.get_type::<Self>().getattr("restore")?, (self.save(py)?,)))
+    }
+}
+
+impl ArmTracker {
+    /// One a camera.
+    fn pixels(&self, pixel: Option<Pixels>) -> Vec<Option<Vector2<f64>>> {
+        match pixel {
+            None => vec![None; self.0.cameras()],
+            Some(Pixels::One(pixel)) => vec![seen(pixel)],
+            Some(Pixels::Several(several)) => several.into_iter().map(|p| p.and_then(seen)).collect(),
+        }
     }
 }
 

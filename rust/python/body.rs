@@ -1,10 +1,11 @@
 //! `BodyTracker`: the online tracker of the body; `Skeleton`: forward kinematics.
 
+use super::record::{LayerRecord, records};
 use super::rows;
 use crate::body::edges::EdgeImage;
 use crate::body::{self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Weighing};
 use crate::camera::Camera;
-use crate::filter::Resampling;
+use crate::filter::{History, Resampling};
 use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::resample::Scheme;
@@ -202,6 +203,20 @@ impl BodyTracker {
         Ok(BodyEstimate(estimate?))
     }
 
+    /// The same, with what every layer did: same bits, more memory. Raises as `update`.
+    fn update_recorded(
+        &mut self,
+        py: Python<'_>,
+        time_s: f64,
+        edges: PyReadonlyArray2<'_, u8>,
+        blobs: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<(BodyEstimate, Vec<LayerRecord>)> {
+        let evidence = BodyEvidence { edges: image(&edges)?, blobs: rows("blobs", &blobs)? };
+        let mut history = History::default();
+        let estimate = py.detach(|| self.0.update_recorded(time_s, &evidence, Some(&mut history)))?;
+        Ok((BodyEstimate(estimate), records(history)))
+    }
+
     /// Key joints `(T, 8, 3)`, world, m, of states `(T, D)`: m and rad. Raises `InputError`.
     fn joints<'py>(&self, py: Python<'py>, states: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let view = states.as_array();
@@ -226,6 +241,12 @@ impl BodyTracker {
     fn particles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let set = self.0.particles();
         PyArray1::from_vec(py, set.rows()).reshape([set.len(), set.dim()])
+    }
+
+    /// Their normalised weights, `(N,)`.
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.particles().weights().to_pyarray(py)
     }
 
     /// The whole tracker as bytes, for `restore` by the same version.
