@@ -28,12 +28,14 @@ from pytracker._core import (
 )
 from pytracker.average_skeleton import average_skeleton
 from pytracker.body_methods import Annealed, BodyPlain, Partitioned
+from pytracker.cycle import Cloud, Cycle, CycleLayer, record_cycle
 from pytracker.evaluate import JointScores, Scores, evaluate
 from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
 from pytracker.evidence.sightings import Sightings, sight
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters, median_background
 from pytracker.formats.amc import Motion, read_amc, write_amc
 from pytracker.formats.asf import read_asf
+from pytracker.intervals import Interval, mean_interval, paired_difference, paired_ratio
 from pytracker.joint_track import JointTrack, Track
 from pytracker.load import load
 from pytracker.methods import Ekf, Inertial, Joint, Layered, LayeredFromConstraint, Plain
@@ -54,6 +56,7 @@ from pytracker.recording import (
 from pytracker.report import write_report
 from pytracker.simulate import ArmScene, ArmSimulation, BodyScene, simulate_arm, simulate_body
 from pytracker.skeleton import UPPER_BODY, Bone, Part, Skeleton
+from pytracker.study import Study, StudyRecording, StudyTable, read_study, run_study
 from pytracker.track import track
 from pytracker.track_arm import ArmTrack
 from pytracker.track_body import BodyTrack, make_tracker, silhouette_of
@@ -79,11 +82,15 @@ __all__ = [
     "Bone",
     "Camera",
     "CamshiftParameters",
+    "Cloud",
+    "Cycle",
+    "CycleLayer",
     "Ekf",
     "Estimate",
     "Imu",
     "Inertial",
     "InputError",
+    "Interval",
     "Joint",
     "JointScores",
     "JointTrack",
@@ -103,6 +110,9 @@ __all__ = [
     "Silhouette",
     "SilhouetteParameters",
     "Skeleton",
+    "Study",
+    "StudyRecording",
+    "StudyTable",
     "Track",
     "TrackingError",
     "Truth",
@@ -114,10 +124,16 @@ __all__ = [
     "fit_weak_perspective",
     "load",
     "make_tracker",
+    "mean_interval",
     "median_background",
+    "paired_difference",
+    "paired_ratio",
     "read_amc",
     "read_asf",
+    "read_study",
+    "record_cycle",
     "resample",
+    "run_study",
     "sight",
     "silhouette_of",
     "simulate_arm",

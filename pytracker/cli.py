@@ -7,31 +7,37 @@ shows tracebacks.
 from __future__ import annotations
 
 import contextlib
-import difflib
 import io
 import json
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 
 import pytracker as pt
-from pytracker.body_methods import BODY_METHODS
 from pytracker.evaluate import Scores
 from pytracker.evidence.grid import write_frame
-from pytracker.methods import METHODS, Method
+from pytracker.methods import Method
 from pytracker.output import check_target, whole_folder
+from pytracker.registry import DEFAULTS, METHODS_OF, make_method, nearest
 from pytracker.report.index import render_index
 from pytracker.report.labels import labels
-from pytracker.report.tables import read_track
+from pytracker.report.tables import read_run, read_track
 
 __all__ = ["app", "main"]
 
@@ -63,15 +69,13 @@ BODY_SHOWN: tuple[Method, ...] = (pt.Partitioned(), pt.BodyPlain(), pt.Annealed(
 SHOWN = {"arm": ARM_METHODS, "body": BODY_SHOWN}
 """What a report compares, by kind of recording."""
 
-DEFAULTS = {"arm": "joint", "body": "partitioned"}
-"""The best method of each kind."""
-
-KINDS: dict[str, Mapping[str, type[Method]]] = {"arm": METHODS, "body": BODY_METHODS}
+PAPERS = {"arm": "layered", "body": "plain"}
+"""The papers' own."""
 
 FEW_VALID = 0.5
 """Fewer valid frames than this share, and the command says so."""
 
-WORDS = f"Arm: {', '.join(METHODS)}. Body: {', '.join(BODY_METHODS)}."
+WORDS = " ".join(f"{kind.capitalize()}: {', '.join(methods)}." for kind, methods in METHODS_OF.items())
 
 Folder = Annotated[Path, typer.Argument(help="Recording folder (holds recording.toml).")]
 Out = Annotated[Path, typer.Option(help="Folder to write; must not exist.")]
@@ -146,7 +150,7 @@ def track(
     """Track a recording and write track.csv, metadata.json, scores.json (with truth) and a report page."""
     check_target(out, force=force)  # before the work, not after it
     recording = pt.load(folder)
-    chosen = make_method(recording.kind, method, particles, settings or [])
+    chosen = _chosen(recording.kind, method, particles, settings or [])
     _warn(recording.warnings)
     with _progress(quiet) as progress:
         try:
@@ -177,7 +181,7 @@ def report(
     """Track a recording by several methods and write one page that compares them."""
     check_target(out, force=force)  # before the work, not after it
     recording = pt.load(folder)
-    named = tuple(make_method(recording.kind, name, None, []) for name in method or ())
+    named = tuple(_chosen(recording.kind, name, None, []) for name in method or ())
     chosen = named or SHOWN[recording.kind]
     _warn(recording.warnings)
     with _progress(quiet) as progress:
@@ -202,6 +206,63 @@ def evaluate(
 
 
 @app.command()
+def inspect(
+    folder: Folder,
+    number: Annotated[int, typer.Option("--frame", min=0, help="Which frame.")],
+    out: Annotated[Path, typer.Option(help="SVG to write.")] = Path("cycle.svg"),
+    of: Annotated[
+        Path | None, typer.Option(help="A folder that `track` wrote: its method and seed, not those below.")
+    ] = None,
+    track_number: Annotated[int, typer.Option("--track", min=1, help="Which track of that folder.")] = 1,
+    method: Annotated[str, typer.Option(help=f"{WORDS} Without it the papers': layered, plain.")] = "",
+    particles: Annotated[int | None, typer.Option(min=1, help="Number of particles.")] = None,
+    settings: Settings = None,
+    seed: Seed = 0,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Draw one cycle of the filter at a frame: prior, predicted, weighted and resampled clouds, layer by layer."""
+    _check_new(out, ".svg", force=force)
+    recording = pt.load(folder)
+    if of is not None:
+        if method or particles is not None or settings or seed:
+            raise pt.InputError("--of says method and seed, expected no --method, --particles, --set or --seed besides")
+        chosen, seed = read_run(of, recording, track_number)
+    else:
+        chosen = _chosen(recording.kind, method or PAPERS[recording.kind], particles, settings or [])
+    _warn(recording.warnings)
+    with _progress(quiet) as progress:
+        cycle = pt.record_cycle(recording, chosen, seed, frame=number, progress=progress)
+    # Matplotlib takes a third of a second to import: only who draws pays for it.
+    from pytracker.report.cycle_figures import one_cycle  # noqa: PLC0415
+
+    out.write_text(one_cycle(cycle), "utf-8")
+    _say(f"wrote {out}", quiet)
+
+
+@app.command()
+def study(
+    file: Annotated[Path, typer.Argument(help="The study, a TOML file.")],
+    out: Annotated[Path, typer.Option(help="Folder for table and results; one of a study is gone on with.")],
+    scheduler: Annotated[str, typer.Option(help="A Dask scheduler, tcp://HOST:PORT; without it threads here.")] = "",
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; as many as cores where not said.")] = None,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Write table.parquet besides table.csv.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Run recordings x methods x seeds and write one table; what is done already is not done again."""
+    with _runs_progress(quiet) as progress:
+        table = pt.run_study(
+            pt.read_study(file), out, scheduler=scheduler, workers=workers, parquet=parquet, progress=progress
+        )
+    _say(f"table: {out / 'table.csv'}", quiet)
+    for status, words in (("lost", "lost the track before the end"), ("failed", "failed")):
+        if count := table.count(status):
+            _warn((f"{count} runs {words}, the first: {table.where(status=status)[0]['error']}",))
+    if table.count("failed"):
+        raise typer.Exit(1)
+
+
+@app.command()
 def frame(
     folder: Folder,
     out: Annotated[Path, typer.Option(help="PNG to write.")] = Path("frame.png"),
@@ -210,10 +271,7 @@ def frame(
     force: Force = False,
 ) -> None:
     """Write one frame with a pixel grid, to choose patch_box without a window."""
-    if out.suffix.lower() != ".png":
-        raise pt.InputError(f"{out}: expected a name that ends in .png")
-    if out.exists() and not force:
-        raise pt.InputError(f"{out}: already exists, expected a new file (or --force to replace it)")
+    _check_new(out, ".png", force=force)
     write_frame(folder, out, camera, number)
     print(f"wrote {out}")
 
@@ -227,7 +285,7 @@ def simulate_arm(
     quiet: Quiet = False,
 ) -> None:
     """A subject at a table: video, IMU, truth. `--set pattern=rectangle`, `--set "occlusions=[[3, 4]]"` and so on."""
-    scene = pt.ArmScene(**_parse(pt.ArmScene, settings or []))
+    scene = _scene(pt.ArmScene, settings or [])
     with _progress(quiet) as progress:
         pt.simulate_arm(out, scene, seed, force=force, progress=progress)
     _say(f"wrote {out}", quiet)
@@ -242,41 +300,54 @@ def simulate_body(
     quiet: Quiet = False,
 ) -> None:
     """A person before a wall: video, background, truth. `--set skeleton=a.asf --set motion=a.amc` and so on."""
-    scene = pt.BodyScene(**_parse(pt.BodyScene, settings or []))
+    scene = _scene(pt.BodyScene, settings or [])
     with _progress(quiet) as progress:
         pt.simulate_body(out, scene, seed, force=force, progress=progress)
     _say(f"wrote {out}", quiet)
 
 
-def make_method(kind: str, name: str, particles: int | None, settings: list[str]) -> Method:
+def _check_new(out: Path, suffix: str, *, force: bool) -> None:
+    """A file that may be written. Raises `InputError`."""
+    if out.suffix.lower() != suffix:
+        raise pt.InputError(f"{out}: expected a name that ends in {suffix}")
+    if out.exists() and not force:
+        raise pt.InputError(f"{out}: already exists, expected a new file (or --force to replace it)")
+
+
+def _chosen(kind: str, name: str, particles: int | None, settings: list[str]) -> Method:
     """A method for a kind of recording from what the command line says. Raises `InputError`."""
-    name = name or DEFAULTS[kind]
-    methods: Mapping[str, type[Method]] = KINDS[kind]
-    if name not in methods:
-        raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(methods)} (kind {kind!r})")
-    values = _parse(methods[name], settings)
-    known = {field.name for field in fields(methods[name])}
+    values = _parse(settings)
     if particles is not None:
-        if "particles" not in known:
-            raise pt.InputError(f"--particles does not go with --method {name}, which has none")
         if "particles" in values:
             raise pt.InputError("--particles and --set particles are both given, expected one of them")
         values["particles"] = particles
-    return methods[name](**values)
+    name, methods = name or DEFAULTS[kind], METHODS_OF[kind]
+    if name not in methods:
+        raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(methods)} (kind {kind!r})")
+    if particles is not None and not hasattr(methods[name], "particles"):
+        raise pt.InputError(f"--particles does not go with --method {name}, which has none")
+    try:
+        return make_method(kind, name, values)
+    except pt.InputError as error:
+        raise pt.InputError(f"--set {error}") from None
 
 
-def _parse(cls: type[Any], settings: list[str]) -> dict[str, Any]:
+def _scene(cls: type[Any], settings: list[str]) -> Any:
+    """A scene to simulate from `--set`. Raises `InputError`."""
+    values, known = _parse(settings), [field.name for field in fields(cls)]
+    for key in values:
+        if key not in known:
+            raise pt.InputError(f"--set {key}: {cls.__name__} has no such parameter, {nearest(key, known)}")
+    return cls(**values)
+
+
+def _parse(settings: list[str]) -> dict[str, Any]:
     """`key=value` pairs; values are JSON, or words as they stand."""
-    known = [field.name for field in fields(cls)]
     values: dict[str, Any] = {}
     for setting in settings:
         key, equals, text = setting.partition("=")
         if not equals:
             raise pt.InputError(f"--set {setting!r}, expected KEY=VALUE")
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=1)
-            hint = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(known)}"
-            raise pt.InputError(f"--set {key}: {cls.__name__} has no such parameter, {hint}")
         try:
             values[key] = _tuples(json.loads(text))
         except json.JSONDecodeError:
@@ -364,6 +435,26 @@ def _progress(quiet: bool) -> Iterator[Callable[[str, int], None] | None]:
             bar.update(tasks[stage], completed=done)
 
         yield advance
+
+
+@contextlib.contextmanager
+def _runs_progress(quiet: bool) -> Iterator[Callable[[int, int], None] | None]:
+    """Runs done and time left, on the error stream; off where that is no terminal."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield None
+        return
+    columns = (
+        TextColumn("runs"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, speed_estimate_period=300) as bar:
+        task = bar.add_task("runs", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _warn(warnings: tuple[str, ...]) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.intervals import student_975
 from pytracker.recording import ProjectionFit, WeakPerspective
 from pytracker.rotation import Array
 
@@ -46,7 +45,7 @@ def fit_weak_perspective(points_3d: Array, points_2d: Array) -> ProjectionFit:
         )
     r2 = 1 - sse / spread
     covariance = np.linalg.inv(design.T @ design)
-    half = _student_975(freedom) * np.sqrt(np.outer(sse / freedom, np.diag(covariance)))
+    half = student_975(freedom) * np.sqrt(np.outer(sse / freedom, np.diag(covariance)))
 
     def rows(values: Array) -> Array:
         """`(2, 3)` as `(2, 4)`: nothing along z."""
@@ -69,18 +68,3 @@ def camera_of(fit: ProjectionFit) -> WeakPerspective:
     """The camera that was fitted."""
     u, v = (tuple(float(x) for x in row) for row in fit.matrix)
     return WeakPerspective(affine=(u, v))  # type: ignore[arg-type]
-
-
-def _student_975(freedom: int) -> float:
-    """97.5 % quantile of Student's t: Hill's expansion about the normal (CACM 13, 1970, algorithm 396)."""
-    z = 1.959963984540054
-    n = float(freedom)
-    if freedom == 1:
-        return math.tan(math.pi * 0.475)
-    if freedom == 2:
-        return math.sqrt(2 / (0.05 * 1.95) - 2)
-    g1 = (z**3 + z) / 4
-    g2 = (5 * z**5 + 16 * z**3 + 3 * z) / 96
-    g3 = (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384
-    g4 = (79 * z**9 + 776 * z**7 + 1482 * z**5 - 1920 * z**3 - 945 * z) / 92160
-    return z + g1 / n + g2 / n**2 + g3 / n**3 + g4 / n**4

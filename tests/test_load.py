@@ -42,7 +42,7 @@ def test_a_simulated_folder_loads_as_it_was_made(simulated: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "expected"),
     [
-        ("schema = 1", "schema = 2", "schema is 2, this version reads 1: the folder is newer, update pytracker"),
+        ("schema = 1", "schema = 2", "schema is 2, this version reads 1: the file is newer, update pytracker"),
         ("forearm_m = 0.25", "forearm_m = true", "arm.forearm_m is True, expected: input should be a valid number"),
         ("upper_arm_m = 0.3", "upper_arm_m = 0.42", "the elbow is 0.30 m from the shoulder, expected 0.42 ± 0.1 m"),
         ('segment = "right_forearm"', "heading_deg = 90", "check wrist_start_m, shoulder_m, the arm's lengths"),

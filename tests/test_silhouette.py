@@ -8,11 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from scipy import stats
 
 import pytracker as pt
 from pytracker.formats.video import Frame, frames
-from pytracker.projection import _student_975
 
 PX_PER_M = 100.0
 
@@ -136,8 +134,3 @@ def test_fit_of_the_projection_is_least_squares_with_its_bounds() -> None:
     assert fit.sse == pytest.approx((residual**2).sum(axis=0))
     assert fit.rmse == pytest.approx(np.sqrt(fit.sse / 39))
     assert (fit.adjusted_r2 < fit.r2).all()
-
-
-@pytest.mark.parametrize("freedom", [1, 2, 3, 5, 10, 32, 39, 500])
-def test_quantile_of_students_t(freedom: int) -> None:
-    assert _student_975(freedom) == pytest.approx(stats.t.ppf(0.975, freedom), rel=3e-3)

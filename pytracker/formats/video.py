@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 
-__all__ = ["Frame", "Image", "VideoInfo", "frames", "probe"]
+__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "frames", "probe"]
+
+OPENCV: str = cv2.__version__
+"""Which OpenCV decodes and draws: another one may give other bits."""
 
 Image = NDArray[np.uint8]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import hashlib
 import json
 import math
 import os
@@ -15,14 +14,17 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError, __version__
+from pytracker.digest import sha256_of
 from pytracker.evaluate import Scores
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.joint_track import JointTrack, Track
+from pytracker.methods import Method
 from pytracker.recording import Recording
+from pytracker.registry import method_of_class
 from pytracker.rotation import Array
 from pytracker.track_body import BodyTrack
 
-__all__ = ["read_track", "write_metadata", "write_scores", "write_track"]
+__all__ = ["read_run", "read_track", "write_metadata", "write_scores", "write_track"]
 
 WORLDS = {"arm": "right-handed, z up", "body": "the skeleton's: right-handed, y up"}
 
@@ -136,11 +138,31 @@ def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -
     )
 
 
+def read_run(folder: Path, recording: Recording, number: int = 1) -> tuple[Method, int]:
+    """Method and seed of a run from its `metadata.json`; `number` tells which where there are several, from 1.
+
+    Raises `InputError` where it is none, or of a recording whose files differ from those of `recording`.
+    """
+    path = folder / "metadata.json"
+    try:
+        metadata = json.loads(path.read_text("utf-8"))
+        tracks, files = metadata["tracks"], metadata["recording"]["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        raise InputError(f"{folder}: holds no metadata.json of pytracker, expected a folder that track wrote") from None
+    for name, digest in _recording(recording)["files"].items():
+        if files.get(name) != digest:
+            raise InputError(f"{path}: {name} was another file in that run, expected the recording that was tracked")
+    if not 1 <= number <= len(tracks):
+        raise InputError(f"{path}: has {len(tracks)} tracks, expected a number from 1 to {len(tracks)}, not {number}")
+    of = tracks[number - 1]
+    return method_of_class(of["method"], of["parameters"]), int(of["seed"])
+
+
 def _recording(recording: Recording) -> dict[str, Any]:
     return {
         "folder": None if recording.folder is None else recording.folder.name,
         "kind": recording.kind,
-        "files": {_name(path, recording): _sha256(path) for path in recording.files},
+        "files": {_name(path, recording): sha256_of(path) for path in recording.files},
         "warnings": list(recording.warnings),
     }
 
@@ -149,14 +171,6 @@ def _name(path: Path, recording: Recording) -> str:
     """Relative to the recording's folder, where it lies in it."""
     folder = recording.folder
     return path.relative_to(folder).as_posix() if folder is not None and path.is_relative_to(folder) else path.name
-
-
-def _sha256(path: Path) -> str:
-    digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while chunk := file.read(1 << 20):
-            digest.update(chunk)
-    return digest.hexdigest()
 
 
 def _json(path: Path, value: Any) -> None:

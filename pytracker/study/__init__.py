@@ -1,0 +1,20 @@
+"""Studies: recordings x methods x seeds to one tidy table, on threads or on a Dask cluster, resumable.
+
+| file | what |
+|---|---|
+| `plan.py` | what is to be run: `Study`, and its runs with their keys |
+| `file.py` | a study from a TOML file |
+| `execute.py` | one run: recording, track, scores, a row a joint |
+| `schedule.py` | many runs: on threads, on Dask |
+| `store.py` | what is done, on disk; the table |
+| `study.py` | all of it |
+"""
+
+from __future__ import annotations
+
+from pytracker.study.file import read_study
+from pytracker.study.plan import Study, StudyRecording
+from pytracker.study.store import StudyTable
+from pytracker.study.study import run_study
+
+__all__ = ["Study", "StudyRecording", "StudyTable", "read_study", "run_study"]

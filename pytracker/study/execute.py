@@ -1,0 +1,166 @@
+"""One run of a study: a recording tracked and scored, as rows for the table. Pure: the same run gives the same rows."""
+
+from __future__ import annotations
+
+import functools
+import math
+import shutil
+import tempfile
+import weakref
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import TrackingError
+from pytracker.evaluate import evaluate
+from pytracker.evidence.sightings import Sightings, sight
+from pytracker.joint_track import Track
+from pytracker.load import load
+from pytracker.recording import ArmRecording, Recording
+from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm, simulate_body
+from pytracker.study.plan import Run, StudyRecording
+from pytracker.track import track
+
+__all__ = ["COLUMNS", "Result", "Source", "execute", "execute_anywhere", "failed", "open_source"]
+
+AXES = "xyz"
+TRIPLES = {"mean": "mean_m", "sd": "sd_m", "coverage": "coverage", "half_width": "half_width_m"}
+COLUMNS = (
+    "joint", "frames", "rms_m", "average_m", "average_sd_m", "worst_m", "within_5cm",
+    *(f"{name}_{axis}" + ("" if name == "coverage" else "_m") for name in TRIPLES for axis in AXES),
+    "spread_m", "ess_share", "valid_share",
+)  # fmt: skip
+"""What a row says of a joint; of `all` joints where it stands for all. Empty where there is no value."""
+
+Row = dict[str, str | float | int | None]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of a run.
+
+    Attributes:
+        status: `ok`; `lost`: the track ended early, the rows are of the frames before; `failed`: there are no rows.
+        error: why it was lost or failed.
+        rows: one a joint, with `COLUMNS`.
+    """
+
+    status: str
+    error: str
+    rows: tuple[Row, ...]
+
+
+@dataclass(eq=False)
+class Source:
+    """A recording that is ready to be tracked; a simulated one lives in a folder that goes with it.
+
+    Attributes:
+        recording: loaded.
+        sightings: of an arm: found once for all methods.
+    """
+
+    recording: Recording
+    sightings: Sightings | None
+
+
+def open_source(recording: StudyRecording, seed: int) -> Source:
+    """Load or simulate a recording; `seed` is the scene's. Raises `InputError`."""
+    if recording.folder is not None:
+        return _loaded(recording.folder)
+    scene = recording.scene
+    assert scene is not None
+    if isinstance(scene, ArmScene) and recording.pixel_sd is not None:
+        simulation = ArmSimulation(scene, seed)
+        sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(recording.pixel_sd))
+        return Source(simulation.recording(), sightings)
+    scratch = Path(tempfile.mkdtemp(prefix="pytracker-"))
+    try:
+        if isinstance(scene, ArmScene):
+            source = _loaded(simulate_arm(scratch / "recording", scene, seed))
+        else:
+            source = _loaded(simulate_body(scratch / "recording", scene, seed))
+    except BaseException:
+        shutil.rmtree(scratch, ignore_errors=True)
+        raise
+    weakref.finalize(source, shutil.rmtree, scratch, ignore_errors=True)
+    return source
+
+
+def _loaded(folder: Path) -> Source:
+    recording = load(folder)
+    return Source(recording, sight(recording) if isinstance(recording, ArmRecording) else None)
+
+
+def execute(run: Run, source: Source) -> Result:
+    """Track and score. A run that fails says so in its result, whatever it was."""
+    try:
+        result = track(source.recording, run.method, run.seed, sightings=source.sightings)
+        return Result("ok", "", _rows(result))
+    except TrackingError as error:
+        partial = getattr(error, "track", None)
+        try:
+            return Result("lost", str(error), () if partial is None else _rows(partial))
+        except Exception as worse:
+            return failed(worse)
+    except Exception as error:
+        return failed(error)
+
+
+def failed(error: Exception) -> Result:
+    """What is recorded of a run that could not be done."""
+    return Result("failed", f"{type(error).__name__}: {error}", ())
+
+
+@functools.lru_cache(maxsize=2)
+def _kept(recording: StudyRecording, seed: int) -> Source:
+    return open_source(recording, seed)
+
+
+def execute_anywhere(run: Run) -> Result:
+    """The same in a process that has nothing yet; it keeps the last recordings for the runs that come next."""
+    try:
+        source = _kept(*run.source)
+    except Exception as error:
+        return failed(error)
+    return execute(run, source)
+
+
+def _rows(result: Track) -> tuple[Row, ...]:
+    """A row a joint, then one for all."""
+    truth = result.recording.truth
+    scores = None if truth is None else evaluate(result, truth)
+    particles = getattr(result.method, "particles", None)
+    tracked = np.isfinite(result.ess)
+    whole: Row = {
+        "ess_share": float(result.ess[tracked].mean()) / particles if particles and tracked.any() else None,
+        "valid_share": float(result.valid.mean()),
+    }
+    rows = []
+    for name, joint in result.joints.items():
+        row: Row = {"joint": name}
+        if scores is not None and name in scores.joints:
+            score = scores.joints[name]
+            for column in ("frames", "rms_m", "average_m", "average_sd_m", "worst_m", "within_5cm"):
+                row[column] = getattr(score, column)
+            for column, attribute in TRIPLES.items():
+                unit = "" if column == "coverage" else "_m"
+                row |= {f"{column}_{a}{unit}": x for a, x in zip(AXES, getattr(score, attribute), strict=True)}
+        else:
+            half = np.nanmean((joint.hi - joint.lo) / 2, axis=0)
+            row |= {f"half_width_{a}_m": float(x) for a, x in zip(AXES, half, strict=True)}
+        # RMS distance of the cloud from its own middle.
+        row["spread_m"] = float(np.nanmean(np.sqrt((joint.sd**2).sum(axis=1))))
+        rows.append(row | whole)
+    if scores is not None:
+        rows.append({
+            "joint": "all", "frames": scores.frames - scores.frames_untracked,
+            "average_m": scores.average_m, "average_sd_m": scores.average_sd_m, **whole,
+        })  # fmt: skip
+    return tuple({column: _plain(row.get(column)) for column in COLUMNS} for row in rows)
+
+
+def _plain(value: Any) -> str | float | int | None:
+    """JSON has no NaN."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value

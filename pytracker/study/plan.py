@@ -1,0 +1,162 @@
+"""What a study runs: every method on every recording of its kind, once a seed."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pytracker._core import InputError
+from pytracker.digest import sha256_of
+from pytracker.methods import Method
+from pytracker.simulate import ArmScene, BodyScene
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+__all__ = ["Run", "Study", "StudyRecording"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyRecording:
+    """A recording of a study: a folder, or a scene to simulate. Raises `InputError` where it is neither or both.
+
+    Attributes:
+        name: as the table calls it.
+        folder: a recording folder; on a cluster, one that every worker can read under this path.
+        scene: what to simulate instead.
+        seed: simulate with this seed for every run; None: with the run's own, so that
+            runs differ in recording and in noise.
+        pixel_sd: arm only: no video; the patch's centres come with this noise, px per axis.
+    """
+
+    name: str
+    folder: Path | None = None
+    scene: ArmScene | BodyScene | None = None
+    seed: int | None = None
+    pixel_sd: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check that it is one of the two."""
+        if (self.folder is None) == (self.scene is None):
+            given = "neither folder nor scene" if self.folder is None else "both folder and scene"
+            raise InputError(f"recording {self.name!r} has {given}, expected one of them")
+        if self.folder is not None and (self.seed is not None or self.pixel_sd is not None):
+            raise InputError(f"recording {self.name!r} is a folder: seed and pixel_sd go with a scene")
+        if self.pixel_sd is not None and not (isinstance(self.scene, ArmScene) and self.pixel_sd >= 0):
+            raise InputError(f"recording {self.name!r} has pixel_sd {self.pixel_sd!r}, expected an arm's, 0 px or more")
+
+    @property
+    def kind(self) -> str:
+        """`arm` or `body`; empty where a folder does not say, which its runs will report."""
+        if self.scene is not None:
+            return "arm" if isinstance(self.scene, ArmScene) else "body"
+        assert self.folder is not None
+        try:
+            kind = tomllib.loads((self.folder / "recording.toml").read_text("utf-8-sig")).get("kind")
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+            return ""
+        return kind if kind in ("arm", "body") else ""
+
+    def digest(self) -> str:
+        """Of everything that lies in the folder: another content is another run. Empty for a scene."""
+        if self.folder is None:
+            return ""
+        total = hashlib.sha256()
+        for path in sorted(p for p in self.folder.rglob("*") if p.is_file()):
+            total.update(f"{path.relative_to(self.folder).as_posix()}\0{sha256_of(path)}\n".encode())
+        return total.hexdigest()
+
+
+@dataclass(frozen=True)
+class Run:
+    """One method on one recording with one seed.
+
+    Attributes:
+        recording: what is tracked.
+        method: how.
+        seed: of the method's random streams, and of a scene that has none of its own.
+        key: tells it from every other run, by content: the same key has the same result.
+    """
+
+    recording: StudyRecording
+    method: Method
+    seed: int
+    key: str
+
+    @property
+    def source(self) -> tuple[StudyRecording, int]:
+        """Which recording exactly: runs that share it need it made once."""
+        return self.recording, self.seed if self.recording.seed is None else self.recording.seed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """Recordings x methods x seeds. Raises `InputError` where a part is empty, double, or fits nothing.
+
+    Attributes:
+        recordings: with different names.
+        methods: all different; each tracks the recordings of its kind.
+        seeds: all different.
+    """
+
+    recordings: tuple[StudyRecording, ...]
+    methods: tuple[Method, ...]
+    seeds: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        """Check that every part has something to do."""
+        names = [recording.name for recording in self.recordings]
+        for what, items in (("recording", names), ("method", self.methods), ("seed", self.seeds)):
+            if not items:
+                raise InputError(f"the study has no {what}, expected at least one")
+            double = [item for item, count in Counter(map(repr, items)).items() if count > 1]
+            if double:
+                raise InputError(f"the study has the {what} {double[0]} twice, expected all to differ")
+        bad = [seed for seed in self.seeds if not 0 <= seed < 2**63]
+        if bad:
+            raise InputError(f"the study has the seed {bad[0]}, expected 0 to 2^63 - 1")
+        kinds = {recording.kind for recording in self.recordings}
+        for method in self.methods:
+            if not kinds & {method.kind, ""}:
+                raise InputError(
+                    f"{type(method).__name__} tracks recordings of kind {method.kind!r}, the study has none"
+                )
+        for recording in self.recordings:
+            if recording.kind and recording.kind not in {method.kind for method in self.methods}:
+                raise InputError(
+                    f"recording {recording.name!r} is of kind {recording.kind!r}, no method of the study is"
+                )
+
+    def runs(self, fingerprint: str) -> Iterator[Run]:
+        """Every run, in the table's order; `fingerprint` tells what computes them."""
+        for recording in self.recordings:
+            kind, digest = recording.kind, recording.digest()
+            for method in self.methods:
+                if kind and method.kind != kind:
+                    continue
+                for seed in self.seeds:
+                    content = {
+                        "fingerprint": fingerprint,
+                        "scene": recording.scene
+                        and {type(recording.scene).__name__: dataclasses.asdict(recording.scene)},
+                        "scene_seed": recording.seed,
+                        "pixel_sd": recording.pixel_sd,
+                        "digest": digest,
+                        "method": {type(method).__name__: method.parameters()},
+                        "seed": seed,
+                    }
+                    yield Run(recording, method, seed, _key(content))
+
+
+def _key(content: dict[str, Any]) -> str:
+    text = json.dumps(content, sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()[:24]
