@@ -54,6 +54,7 @@ from pytracker.recording import (
     WeakPerspective,
 )
 from pytracker.report import write_report
+from pytracker.reproduce import reproduce
 from pytracker.simulate import ArmScene, ArmSimulation, BodyScene, simulate_arm, simulate_body
 from pytracker.skeleton import UPPER_BODY, Bone, Part, Skeleton
 from pytracker.study import Study, StudyRecording, StudyTable, read_study, run_study
@@ -132,6 +133,7 @@ __all__ = [
     "read_asf",
     "read_study",
     "record_cycle",
+    "reproduce",
     "resample",
     "run_study",
     "sight",

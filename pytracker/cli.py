@@ -38,6 +38,8 @@ from pytracker.registry import DEFAULTS, METHODS_OF, make_method, nearest
 from pytracker.report.index import render_index
 from pytracker.report.labels import labels
 from pytracker.report.tables import read_run, read_track
+from pytracker.reproduce import PAPERS as PAPER_NAMES
+from pytracker.reproduce import SEEDS
 
 __all__ = ["app", "main"]
 
@@ -260,6 +262,20 @@ def study(
             _warn((f"{count} runs {words}, the first: {table.where(status=status)[0]['error']}",))
     if table.count("failed"):
         raise typer.Exit(1)
+
+
+@app.command()
+def reproduce(
+    paper: Annotated[str, typer.Argument(help=f"Which paper: {', '.join(PAPER_NAMES)}.")],
+    out: Annotated[Path, typer.Option(help="Folder for page and results; one of a reproduction is gone on with.")],
+    seeds: Annotated[int, typer.Option(min=2, help="How many runs of everything.")] = SEEDS,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; as many as cores where not said.")] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run a paper's tables and figures again and write a page with our figures beside the printed ones."""
+    with _runs_progress(quiet) as progress:
+        page = pt.reproduce(paper, out, seeds=seeds, workers=workers, progress=progress)
+    _say(f"page: {page}", quiet)
 
 
 @app.command()

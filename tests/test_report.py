@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from browser import SIZES, opened
 from conftest import load_arm
 
 import pytracker as pt
@@ -96,47 +95,20 @@ def test_a_folder_is_written_whole_or_not_at_all(tracks: list[pt.Track], tmp_pat
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    """Debian's Chromium; the page tests skip where there is none, except where CI says that there is."""
-    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if path is None:
-        if os.environ.get("CI"):
-            pytest.fail("no chromium on this machine")
-        pytest.skip("needs chromium to look at the page")
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture(scope="module")
 def body_report(body: pt.BodyRecording, tmp_path_factory: pytest.TempPathFactory) -> Path:
     tracks = [pt.track(body, method, 1) for method in (pt.Partitioned(particles=100), pt.BodyPlain(particles=100))]
     return pt.write_report(tracks, tmp_path_factory.mktemp("report") / "body")
 
 
-@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (390, "dark")])
+@pytest.mark.parametrize(("width", "scheme"), SIZES)
 @pytest.mark.parametrize(("which", "figures", "methods"), [("report", 4, 4), ("body_report", 8, 2)])
 def test_page_in_a_browser(
     browser: Browser, request: pytest.FixtureRequest, which: str, figures: int, methods: int, width: int, scheme: str
 ) -> None:
     """No error, every image drawn and described, no sideways scrolling, nothing fetched from elsewhere."""
     report: Path = request.getfixturevalue(which)
-    page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)  # type: ignore[arg-type]
-    said: list[str] = []
-    page.on("console", lambda message: said.append(message.text))
-    page.on("pageerror", lambda error: said.append(str(error)))
-    fetched: list[str] = []
-    page.on("request", lambda request: fetched.append(request.url))
-    page.goto((report / "index.html").as_uri())
-    page.wait_for_load_state("networkidle")
-    assert said == []
-    assert all(url.startswith(("file:", "data:")) for url in fetched)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    images = page.evaluate("[...document.images].map(i => [i.complete && i.naturalWidth > 0, i.alt.length > 20])")
-    assert len(images) == figures
-    assert all(all(image) for image in images)
+    page = opened(browser, report / "index.html", width, scheme)
+    assert page.locator("img").count() == figures
     assert page.locator("table").first.locator("tbody tr").count() == methods
     page.close()
 

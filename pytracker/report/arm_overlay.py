@@ -13,7 +13,7 @@ from pytracker.report.overlay import caption, enlarged, write_overlay
 from pytracker.rotation import Array
 from pytracker.track_arm import ArmTrack
 
-__all__ = ["write_arm_overlay"]
+__all__ = ["draw_arm", "write_arm_overlay"]
 
 CHI2_95 = 5.991
 ARM = (153, 110, 11)
@@ -28,10 +28,12 @@ def write_arm_overlay(path: Path, track: ArmTrack) -> bool:
         return False
     # The first camera's own frames: with several cameras the track has rows of the others between them.
     own = track.sightings.tracks[0].time_s if track.sightings.tracks else track.time_s
-    return write_overlay(path, view.video, view.start_s, own, track.time_s, lambda image, row: _draw(image, track, row))
+    return write_overlay(
+        path, view.video, view.start_s, own, track.time_s, lambda image, row: draw_arm(image, track, row)
+    )
 
 
-def _draw(frame: Image, track: ArmTrack, row: int) -> Image:
+def draw_arm(frame: Image, track: ArmTrack, row: int) -> Image:
     """One frame, scaled to `WIDTH`, annotated."""
     image, scale = enlarged(frame)
     camera = track.recording.views[0].camera

@@ -13,7 +13,7 @@ from pytracker._core import __version__
 from pytracker.evaluate import Scores
 from pytracker.joint_track import Track
 
-__all__ = ["PageFigure", "embedded", "render"]
+__all__ = ["PageFigure", "embedded", "filled", "render"]
 
 
 @dataclass(frozen=True)
@@ -24,17 +24,19 @@ class PageFigure:
         title: heading.
         alt: what it shows, in words.
         source: the picture as a data URI.
+        is_wide: whether it takes the whole width; others stand side by side.
     """
 
     title: str
     alt: str
     source: str
+    is_wide: bool = True
 
 
-def embedded(title: str, alt: str, picture: str | bytes) -> PageFigure:
+def embedded(title: str, alt: str, picture: str | bytes, *, is_wide: bool = True) -> PageFigure:
     """A figure from SVG text or the bytes of a PNG."""
     raw, kind = (picture.encode(), "svg+xml") if isinstance(picture, str) else (picture, "png")
-    return PageFigure(title, alt, f"data:image/{kind};base64,{base64.b64encode(raw).decode()}")
+    return PageFigure(title, alt, f"data:image/{kind};base64,{base64.b64encode(raw).decode()}", is_wide)
 
 
 def render(
@@ -50,18 +52,9 @@ def render(
     **more: object,
 ) -> str:
     """The page as text: `template` within the frame that all pages share."""
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(
-            lambda name: (resources.files("pytracker.report") / "templates" / name).read_text("utf-8")
-        ),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     main = tracks[0]
-    return environment.get_template(template).render(
-        version=__version__,
+    return filled(
+        template,
         title=title + (f": {main.recording.folder.name}" if main.recording.folder else ""),
         summary=summary,
         rows=list(zip(labels, scores, tracks, strict=True)),
@@ -76,6 +69,20 @@ def render(
         main=main,
         **more,
     )
+
+
+def filled(template: str, **values: object) -> str:
+    """A template of this package as text."""
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(
+            lambda name: (resources.files("pytracker.report") / "templates" / name).read_text("utf-8")
+        ),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(version=__version__, **values)
 
 
 def _lost(track: Track) -> list[tuple[float, float, str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import queue
 from collections.abc import Callable, Iterator, Sequence
@@ -20,7 +19,7 @@ CONNECT_S = 15
 
 def on_threads(runs: Sequence[Run], workers: int | None = None) -> Iterator[tuple[Run, Result]]:
     """On `workers` threads, as many as cores where not said. Runs of one recording share it, one after the other."""
-    groups = [list(group) for _, group in itertools.groupby(runs, key=lambda run: run.source)]
+    groups = _by_source(runs)
     done: queue.SimpleQueue[tuple[Run, Result]] = queue.SimpleQueue()
     stop = Event()
 
@@ -71,10 +70,19 @@ def on_dask(runs: Sequence[Run], address: str, fingerprint: Callable[[], str]) -
                 raise InputError(
                     f"worker {worker} has another build of pytracker or OpenCV, expected the same everywhere"
                 )
-        futures = {client.submit(execute_anywhere, run, key=f"pytracker-{run.key}", pure=False): run for run in runs}
+        ordered = [run for group in _by_source(runs) for run in group]
+        futures = {client.submit(execute_anywhere, r, key=f"pytracker-{r.key}", pure=False): r for r in ordered}
         for future in as_completed(futures, loop=client.loop):
             try:
                 result = future.result()
             except Exception as error:  # too many workers died under it
                 result = failed(error)
             yield futures[future], result
+
+
+def _by_source(runs: Sequence[Run]) -> list[list[Run]]:
+    """Runs that share a recording, together: it is made once for all of them."""
+    groups: dict[object, list[Run]] = {}
+    for run in runs:
+        groups.setdefault(run.source, []).append(run)
+    return list(groups.values())

@@ -72,7 +72,11 @@ class StudyTable:
     rows: tuple[Row, ...]
 
     def where(self, **values: Any) -> list[Row]:
-        """The rows that have these values."""
+        """The rows that have these values; `method` is a name, or a `Method` with all its parameters."""
+        method = values.get("method")
+        if isinstance(method, Method):
+            parameters = self.columns[2 : self.columns.index("seed")]
+            values |= {"method": method.name, **{p: _value(getattr(method, p, None)) for p in parameters}}
         return [row for row in self.rows if all(row[column] == value for column, value in values.items())]
 
     def values(self, column: str, **values: Any) -> list[float]:

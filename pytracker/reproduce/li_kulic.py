@@ -1,0 +1,52 @@
+"""Li & Kulić (2010): what is run. A person before a wall, who moves the arms from pose to pose."""
+
+from __future__ import annotations
+
+from pytracker.body_methods import Annealed, BodyMethod, BodyPlain, Partitioned
+from pytracker.simulate import BodyScene
+from pytracker.study import Study, StudyRecording
+
+__all__ = [
+    "ALPHAS",
+    "COUNTS",
+    "DURATION_S",
+    "PAPER",
+    "RECORDING",
+    "SHIPPED",
+    "make_study",
+    "with_alpha",
+    "with_particles",
+]
+
+DURATION_S = 8.0
+
+RECORDING = "person"
+
+COUNTS = (10, 30, 100, 300, 1000, 3000)
+"""Numbers of particles of Fig. 5."""
+
+ALPHAS = (0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8)
+"""Weights of the edge cue of Fig. 8."""
+
+PAPER = BodyPlain()
+"""300 particles, alpha = 1."""
+
+SHIPPED: dict[str, BodyMethod] = {"paper's filter": PAPER, "annealed": Annealed(), "partitioned": Partitioned()}
+"""What the package offers, with 300 particles a layer."""
+
+
+def with_particles(count: int) -> BodyPlain:
+    """The paper's filter with so many particles."""
+    return BodyPlain(particles=count)
+
+
+def with_alpha(alpha: float) -> BodyPlain:
+    """The paper's filter with another weight of the edge cue."""
+    return BodyPlain(alpha=alpha)
+
+
+def make_study(seeds: tuple[int, ...], duration_s: float) -> Study:
+    """Everything that the page averages: every run's seed draws its motion, clothes and noise too."""
+    methods = [*map(with_particles, COUNTS), *map(with_alpha, ALPHAS), *SHIPPED.values()]
+    recording = StudyRecording(name=RECORDING, scene=BodyScene(duration_s=duration_s))
+    return Study(recordings=(recording,), methods=tuple(dict.fromkeys(methods)), seeds=seeds)
