@@ -50,6 +50,39 @@ def test_skin_is_found_where_it_is() -> None:
     assert found.areas_px == pytest.approx(np.pi * 7.5**2, rel=0.25)
 
 
+def test_red_clothes_are_no_skin_in_any_light() -> None:
+    """Their shaded parts have the Cr of skin."""
+    image = person(wall())
+    for k, light in enumerate(np.linspace(1.0, 0.3, 9)):
+        cv2.rectangle(image, (60, 40 + 8 * k), (100, 48 + 8 * k), (60 * light, 60 * light, 150 * light), cv2.FILLED)
+    found = pt.Silhouette(wall(), PX_PER_M)(image)
+    assert len(found.blobs) == 3
+    naive = pt.Silhouette(wall(), PX_PER_M, pt.SilhouetteParameters(skin_reddest=9.0))(image)
+    assert (naive.skin[45:105, 65:95] > 0).any()
+    assert not (found.skin[45:105, 65:95] > 0).any()
+
+
+@pytest.mark.parametrize("tone", [(175, 195, 232), (125, 158, 214), (90, 120, 175), (60, 80, 120)])
+def test_skin_of_any_tone_is_skin(tone: tuple[int, int, int]) -> None:
+    """From light to dark, BGR."""
+    image = wall()
+    cv2.circle(image, (80, 60), 9, tone, cv2.FILLED)
+    assert len(pt.Silhouette(wall(), PX_PER_M)(image).blobs) == 1
+
+
+def test_a_bare_arm_offers_both_its_ends() -> None:
+    image = wall()
+    cv2.line(image, (50, 90), (80, 60), (125, 158, 214), 7)  # 42 cm long
+    found = pt.Silhouette(wall(), PX_PER_M)(image)
+    assert len(found.blobs) == len(found.areas_px) == 2
+    ends = np.array([(50, 90), (80, 60)])
+    apart = np.linalg.norm(found.blobs[:, None] - ends, axis=2).min(axis=0)
+    assert (apart > 4).all()
+    assert (apart < 12).all()
+    whole = pt.SilhouetteParameters(bare_arm_m=9.0)
+    assert len(pt.Silhouette(wall(), PX_PER_M, whole)(image).blobs) == 1
+
+
 def test_edges_run_along_the_outline() -> None:
     edges = pt.Silhouette(wall(), PX_PER_M)(person(wall())).edges
     assert (edges[50:100, 57:64].max(axis=1) > 0).all()
@@ -87,8 +120,11 @@ def test_the_median_of_a_long_clip_is_the_background() -> None:
     assert np.abs(pt.median_background(clip()).astype(int) - background).max() == 0
 
 
-def test_blobs_of_a_simulated_person_are_its_hands_and_head(body: pt.BodyRecording) -> None:
-    """Where they are apart: a hand before the face is no blob of its own."""
+@pytest.mark.parametrize("clothes", range(6))
+def test_blobs_of_a_simulated_person_are_its_hands_and_head(tmp_path: Path, clothes: int) -> None:
+    """In all clothes, red ones too. Where they are apart: a hand before the face is no blob of its own."""
+    body = pt.load(pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=2.0, clothes=clothes), seed=11))
+    assert isinstance(body, pt.BodyRecording)
     extract = pt.silhouette_of(body)
     near = []
     for frame in frames(body.view.video):

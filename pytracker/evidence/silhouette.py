@@ -7,7 +7,7 @@ what makes it fast.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,9 @@ __all__ = ["BodyEvidence", "Silhouette", "SilhouetteParameters", "median_backgro
 
 MEDIAN_FRAMES = 61
 """Frames, evenly chosen, that a median background is made of."""
+
+RIM_PX = 5
+"""Twice as far as blur and interpolation mix colours, and one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,10 +44,16 @@ class SilhouetteParameters:
         dilate_px: edges are widened to this many pixels.
         skin_cr: range of Cr of skin, of 255.
         skin_cb: range of Cb.
+        skin_reddest: most redness of skin, (Cr - 128) / Y: unlike Cr itself it stays as it is in the shade, and tells
+            red and orange clothes from skin of any tone.
         skin_darkest: least Y of skin.
         skin_area_m2: least and largest area of a blob.
         skin_growth_m: skin is taken so far beyond the foreground, and gaps so wide in it are closed.
         skin_elongation: longer side over shorter side, at most.
+        bare_arm_m: a blob that is longer than this, and at least `bare_arm_elongation` times as long as wide, is a hand
+            with a bare forearm: both its ends may be the hand.
+        bare_arm_elongation: see there.
+        hand_m: length of a hand.
     """
 
     colour: bool = True
@@ -58,10 +67,14 @@ class SilhouetteParameters:
     dilate_px: int = 3
     skin_cr: tuple[int, int] = (135, 166)
     skin_cb: tuple[int, int] = (95, 126)
+    skin_reddest: float = 0.35
     skin_darkest: int = 50
     skin_area_m2: tuple[float, float] = (0.0012, 0.06)
     skin_growth_m: float = 0.05
-    skin_elongation: float = 4.0
+    skin_elongation: float = 7.0
+    bare_arm_m: float = 0.26
+    bare_arm_elongation: float = 2.2
+    hand_m: float = 0.18
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,10 +187,35 @@ class Silhouette:
         edges = cv2.Canny(cv2.bitwise_and(y, foreground), p.canny_low, p.canny_high)
         return np.asarray(cv2.dilate(edges, self._dilation), dtype=np.uint8)
 
+    def _places(self, contour: Any, sides: Sequence[float]) -> list[tuple[float, float]]:
+        """Where a head or a hand may be in a blob: in its middle; at either end where it is a bare arm."""
+        p = self.parameters
+        px_per_m = self.px2_per_m2**0.5
+        length, width = max(sides) + 1, min(sides) + 1
+        if length <= p.bare_arm_m * px_per_m or length < p.bare_arm_elongation * width:
+            moments = cv2.moments(contour)
+            m00 = moments["m00"]
+            return [(moments["m10"] / m00, moments["m01"] / m00)] if m00 > 0 else []
+        rim = contour[:, 0, :].astype(np.float64)
+        vx, vy, _, _ = cv2.fitLine(contour, cv2.DIST_L2, 0, 0.01, 0.01).ravel()
+        along = rim @ np.array([vx, vy], dtype=np.float64)
+        hand = p.hand_m * px_per_m
+        ends = rim[along <= along.min() + hand], rim[along >= along.max() - hand]
+        return [(float(end[:, 0].mean()), float(end[:, 1].mean())) for end in ends]
+
+    def _too_red(self, y: Image, cr: Image) -> Image:
+        """Clothes that are redder than skin, and their rims, where they mix with what is behind."""
+        p = self.parameters
+        reddest = cv2.convertScaleAbs(y, alpha=p.skin_reddest, beta=128)
+        red = cv2.bitwise_and(cv2.compare(cr, reddest, cv2.CMP_GT), cv2.inRange(cr, p.skin_cr[0], 255))
+        red = cv2.morphologyEx(red, cv2.MORPH_OPEN, self._opening)
+        return _image(cv2.dilate(red, np.ones((RIM_PX, RIM_PX), np.uint8)))
+
     def _skin(self, y: Image, cr: Image, cb: Image, foreground: Image) -> tuple[Image, Array, Array]:
         p = self.parameters
         mask = cv2.bitwise_and(cv2.inRange(cr, *p.skin_cr), cv2.inRange(cb, *p.skin_cb))
         mask = cv2.bitwise_and(mask, cv2.inRange(y, p.skin_darkest, 255))
+        mask = cv2.bitwise_and(mask, cv2.bitwise_not(self._too_red(y, cr)))
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening)
         # A face that the background took for its own still shows in part: it grows from there.
         mask = cv2.bitwise_and(mask, cv2.dilate(cv2.bitwise_and(mask, foreground), self._growth))
@@ -192,8 +230,7 @@ class Silhouette:
             _, sides, _ = cv2.minAreaRect(contour)
             if max(sides) + 1 > p.skin_elongation * (min(sides) + 1):
                 continue
-            moments = cv2.moments(contour)
-            if moments["m00"] > 0:
-                centres.append((moments["m10"] / moments["m00"], moments["m01"] / moments["m00"]))
-                areas.append(area)
+            places = self._places(contour, sides)
+            centres += places
+            areas += [area] * len(places)
         return np.asarray(mask, dtype=np.uint8), np.array(centres, dtype=float).reshape(-1, 2), np.array(areas)
