@@ -6,7 +6,7 @@ RUST := Cargo.toml Cargo.lock pyproject.toml $(shell find rust -name '*.rs')
 export CARGO_INCREMENTAL ?= 0
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test acceptance lint format bench bench-peers doc clean
+.PHONY: help demo reproduce test acceptance lint format bench bench-peers doc clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -19,6 +19,10 @@ $(VENV)/.installed: $(RUST)
 
 demo: $(VENV)/.installed ## Simulate a recording, track it by every method, write report/index.html
 	$(BIN)/pytracker demo --out report --force
+
+reproduce: $(VENV)/.installed ## Run both papers' tables and figures again, into reproduced/
+	$(BIN)/pytracker reproduce tao-hu --out reproduced/tao-hu
+	$(BIN)/pytracker reproduce li-kulic --out reproduced/li-kulic
 
 test: $(VENV)/.installed ## Run every test, Rust and Python
 	cargo test --locked
@@ -53,4 +57,4 @@ doc: $(VENV)/.installed ## API documentation of both sides into target/doc and t
 	$(BIN)/python -m pdoc -o target/pdoc pytracker
 
 clean: ## Remove everything that was made
-	rm -rf target $(VENV) report
+	rm -rf target $(VENV) report reproduced

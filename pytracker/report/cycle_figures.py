@@ -29,6 +29,8 @@ ESTIMATE = "#c8553d"
 AREA = 5.0
 """Of a dot of average weight, points²."""
 LARGEST = 90.0
+FLAT = 0.62
+"""Height over width of an arm's panels: its clouds lie along the ray."""
 
 LIMBS = (
     ("root", "head"), ("left_shoulder", "right_shoulder"),
@@ -61,7 +63,7 @@ def one_cycle(cycle: Cycle) -> str:
     sections = _sections(cycle)
     rows = len(cycle.layers) * len(sections)
     with mpl.rc_context(STYLE_HERE):
-        figure = Figure(figsize=(8.6, 2.35 * rows + 0.5), layout="constrained")
+        figure = Figure(figsize=(8.6, (2.35 if len(sections) > 1 else 1.75) * rows + 0.4), layout="constrained")
         panels = figure.subplots(rows, 4, squeeze=False, sharex=len(sections) == 1, sharey=len(sections) == 1)
         for number, layer in enumerate(cycle.layers):
             stages: tuple[tuple[str, Cloud | None], ...] = (
@@ -92,7 +94,7 @@ def one_cycle(cycle: Cycle) -> str:
 def snapshots(rows: Sequence[Sequence[Cycle]], titles: Sequence[str]) -> str:
     """Figs. 10 and 11: what the filter believes of an arm's wrist, a row a method, a column a frame."""
     with mpl.rc_context(STYLE_HERE):
-        figure = Figure(figsize=(8.6, 2.5 * len(rows) + 0.4), layout="constrained")
+        figure = Figure(figsize=(8.6, 1.8 * len(rows) + 0.4), layout="constrained")
         panels = figure.subplots(len(rows), len(rows[0]), squeeze=False, sharex=True, sharey=True)
         everything = []
         for r, (cycles, title) in enumerate(zip(rows, titles, strict=True)):
@@ -107,7 +109,7 @@ def snapshots(rows: Sequence[Sequence[Cycle]], titles: Sequence[str]) -> str:
             panels[r, 0].set_ylabel(f"{title}\n{_sections(cycles[0])[0].names[1]}", fontsize=7)
         for axes in panels[-1]:
             axes.set_xlabel(_sections(rows[0][0])[0].names[0], fontsize=7)
-        _show(list(panels.flat), np.concatenate(everything))
+        _show(list(panels.flat), np.concatenate(everything), FLAT)
         _legend(figure, panels[0, 0])
         return svg(figure)
 
@@ -189,7 +191,7 @@ def _scene(axes: Axes, cycle: Cycle, section: Section, *, with_estimate: bool) -
 def _limit(axes: Axes, cycle: Cycle, section: Section) -> None:
     if cycle.recording.kind == "arm":
         clouds = [cloud for layer in cycle.layers for cloud in (layer.arriving, layer.predicted)]
-        _show([axes], np.concatenate([section(cloud.points_m["wrist"]) for cloud in clouds]))
+        _show([axes], np.concatenate([section(cloud.points_m["wrist"]) for cloud in clouds]), FLAT)
     else:
         clouds = [layer.predicted for layer in cycle.layers]
         _show([axes], np.concatenate([section(p) for cloud in clouds for p in cloud.points_m.values()]))
@@ -200,16 +202,17 @@ def _seen(cloud: Cloud, joint: str) -> Array:
     return np.asarray(cloud.points_m[joint][cloud.weights > 0.01 / len(cloud.weights)])
 
 
-def _show(panels: list[Axes], points: Array) -> None:
-    """Nearly all points, and as long a centimetre in both directions."""
+def _show(panels: list[Axes], points: Array, shape: float = 1.0) -> None:
+    """Nearly all points, a centimetre as long upwards as sideways."""
     low, high = np.percentile(points, [0.5, 99.5], axis=0)
     low, high = np.minimum(low, -2.0), np.maximum(high, 2.0)
-    half = 0.56 * float((high - low).max())
+    width, height = high - low
+    half = 0.56 * float(max(width, height / shape))
     for axes in panels:
         axes.set_aspect("equal", adjustable="box")
         (x, y) = 0.5 * (low + high)
         axes.set_xlim(x - half, x + half)
-        axes.set_ylim(y - half, y + half)
+        axes.set_ylim(y - shape * half, y + shape * half)
 
 
 def _legend(figure: Figure, axes: Axes) -> None:
