@@ -15,11 +15,17 @@ const LEN: usize = 256;
 fn upper_body() -> (Skeleton, Vec<usize>) {
     let all = [0, 1, 2].map(Channel::Rotation).to_vec();
     let root = [[0, 1, 2].map(Channel::Translation).to_vec(), all.clone()].concat();
+    // As in CMU's files: an arm's bones share a frame, those of the trunk stand straight.
+    let arm_frame = |side: f64| *nalgebra::Rotation3::from_euler_angles(3.1, 0.5 * side, -1.57).matrix();
     let bone = |name: &str, parent, reach: [f64; 3], channels: &[Channel]| Bone {
         name: name.into(),
         parent,
         reach: Vector3::from(reach),
-        frame: Matrix3::identity(),
+        frame: if name.starts_with(['h', 'r']) && parent.is_some() {
+            arm_frame(reach[0].signum())
+        } else {
+            Matrix3::identity()
+        },
         order: [0, 1, 2],
         channels: channels.to_vec(),
     };

@@ -154,9 +154,10 @@ impl ParticleSet {
             return Err(crate::Error::Size { name: "row", got: rows.len() % dim, unit: "columns", expected: dim });
         }
         set.for_each_block(|b, mut block| {
-            for i in 0..block.len() {
-                for d in 0..dim {
-                    block.column_mut(d)[i] = rows[(b * BLOCK + i) * dim + d];
+            let rows = &rows[b * BLOCK * dim..];
+            for d in 0..dim {
+                for (value, row) in block.column_mut(d).iter_mut().zip(rows.chunks_exact(dim)) {
+                    *value = row[d];
                 }
             }
         });
@@ -185,10 +186,12 @@ impl ParticleSet {
 
     /// The state as rows, `(N, D)` flattened: a copy for those outside.
     pub fn rows(&self) -> Vec<f64> {
-        let mut rows = Vec::with_capacity(self.len * self.dim);
-        for block in self.blocks() {
-            for i in 0..block.len() {
-                rows.extend((0..self.dim).map(|d| block.column(d)[i]));
+        let mut rows = vec![0.0; self.len * self.dim];
+        for (block, rows) in self.blocks().zip(rows.chunks_mut(BLOCK * self.dim)) {
+            for d in 0..self.dim {
+                for (row, value) in rows.chunks_exact_mut(self.dim).zip(block.column(d)) {
+                    row[d] = *value;
+                }
             }
         }
         rows

@@ -153,9 +153,9 @@ impl Figure {
     pub fn key_joints(&self, particles: &ParticleSet) -> ParticleSet {
         particles.mapped(3 * KEY_JOINTS.len(), |block, out| {
             let count = block.len();
-            let mut points = vec![0.0; self.model.len() * 3 * count];
-            self.model.points(block, 0, count, &mut points);
             // They are the model's first points.
+            let mut points = vec![0.0; 3 * KEY_JOINTS.len() * count];
+            self.model.points(block, 0, count, &mut points);
             for d in 0..3 * KEY_JOINTS.len() {
                 out.column_mut(d).copy_from_slice(&points[d * count..(d + 1) * count]);
             }

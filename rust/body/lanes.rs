@@ -3,7 +3,7 @@
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// How many.
-pub const LANES: usize = 4;
+pub const LANES: usize = 8;
 
 /// One number of each of [`LANES`] particles.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,6 +11,9 @@ use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// Frames that differ by less are the same: a billionth of a millimetre at arm's length.
+const SAME_FRAME: f64 = 1e-12;
+
 /// A place on a bone.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
@@ -44,8 +47,8 @@ struct Segment {
     parent: Option<usize>,
     /// Its joint's place in the parent's frame, m; for the root, in the world, from the state.
     origin: [Source; 3],
-    /// The joint's frame within the parent's.
-    frame: Matrix3<f64>,
+    /// The joint's frame within the parent's; `None` where it is the same, as those of an arm's bones are.
+    frame: Option<Matrix3<f64>>,
     /// Turns, the last applied first: axis and angle.
     turns: Vec<(usize, Turn)>,
 }
@@ -110,6 +113,8 @@ impl SubModel {
                         None => (bone.frame, shift),
                         Some(p) => (p.rotation * bone.frame, p.end.data.0[0].map(Source::Fixed)),
                     };
+                    let is_same = (frame - Matrix3::identity()).amax() < SAME_FRAME;
+                    let frame = (!is_same).then_some(frame);
                     let turns = joint.turns();
                     model.segments.push(Segment { parent: parent.map(|p| p.segment), origin, frame, turns });
                     let rotation = bone.frame.transpose();
@@ -186,15 +191,17 @@ impl SubModel {
         }
     }
 
-    /// Points of the particles `first..first + count` of a block, m: into `out`, `(P, 3, count)` flattened.
+    /// Points of the particles `first..first + count` of a block, m: as many of the first as `out` has room for,
+    /// `(P, 3, count)` flattened.
     ///
     /// # Panics
-    /// When the block has fewer columns or particles, or `out` another length.
+    /// When the block has fewer columns or particles, or `out` is no whole number of points, or longer than all.
     pub fn points(&self, block: Block<'_>, first: usize, count: usize, out: &mut [f64]) {
-        assert_eq!(out.len(), self.points.len() * 3 * count, "three coordinates a point and particle");
+        let wanted = out.len().checked_div(3 * count).unwrap_or(0);
+        assert_eq!(out.len(), wanted * 3 * count, "three coordinates a point and particle");
         let columns: Vec<&[f64]> = (0..self.dim()).map(|d| &block.column(d)[first..first + count]).collect();
         let mut frames = vec![Frame::world(); self.segments.len()];
-        forward(&self.segments, &self.points, &columns, count, &mut frames, out);
+        forward(&self.segments, &self.points[..wanted], &columns, count, &mut frames, out);
     }
 }
 
@@ -247,21 +254,32 @@ impl Frame {
 
     /// A frame within this one, before its own turns.
     #[inline(always)]
-    fn child(&self, m: &Matrix3<f64>, origin: [Lanes; 3]) -> Self {
+    fn child(&self, frame: Option<&Matrix3<f64>>, origin: [Lanes; 3]) -> Self {
         let times = |[x, y, z]: [Lanes; 3], [a, b, c]: [Lanes; 3]| x * a + y * b + z * c;
+        let turned = |m: &Matrix3<f64>| {
+            let row = |row| std::array::from_fn(|c| times(row, std::array::from_fn(|k| Lanes::splat(m[(k, c)]))));
+            self.rotation.map(row)
+        };
         Self {
-            rotation: self
-                .rotation
-                .map(|row| std::array::from_fn(|c| times(row, std::array::from_fn(|k| Lanes::splat(m[(k, c)]))))),
+            rotation: frame.map_or(self.rotation, turned),
             origin: std::array::from_fn(|r| self.origin[r] + times(self.rotation[r], origin)),
         }
     }
 
+    /// About one axis after the other: which ones is known to the compiler, so that nothing is indexed at run time.
     #[inline(always)]
-    fn turned(mut self, axis: usize, (sin, cos): (Lanes, Lanes)) -> Self {
-        let (j, k) = ((axis + 1) % 3, (axis + 2) % 3);
+    fn turned(self, axis: usize, turn: (Lanes, Lanes)) -> Self {
+        match axis {
+            0 => self.turned_about::<1, 2>(turn),
+            1 => self.turned_about::<2, 0>(turn),
+            _ => self.turned_about::<0, 1>(turn),
+        }
+    }
+
+    #[inline(always)]
+    fn turned_about<const J: usize, const K: usize>(mut self, (sin, cos): (Lanes, Lanes)) -> Self {
         for row in &mut self.rotation {
-            (row[j], row[k]) = (row[j] * cos + row[k] * sin, row[k] * cos - row[j] * sin);
+            (row[J], row[K]) = (row[J] * cos + row[K] * sin, row[K] * cos - row[J] * sin);
         }
         self
     }
@@ -274,7 +292,7 @@ fn constant(m: &Matrix3<f64>) -> [[Lanes; 3]; 3] {
 }
 
 /// Forward kinematics of `count` particles, [`LANES`] at a time.
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx+avx2+avx512f+avx512vl+avx512dq+avx512bw+avx512cd", "x86_64+avx2"))]
 fn forward(
     segments: &[Segment],
     points: &[(usize, Vector3<f64>)],
@@ -300,8 +318,8 @@ fn forward(
             let segment = &segments[s];
             let origin = segment.origin.map(value);
             let mut frame = match segment.parent {
-                None => Frame { rotation: constant(&segment.frame), origin },
-                Some(parent) => frames[parent].child(&segment.frame, origin),
+                None => Frame { rotation: constant(&segment.frame.unwrap_or_else(Matrix3::identity)), origin },
+                Some(parent) => frames[parent].child(segment.frame.as_ref(), origin),
             };
             for (axis, turn) in &segment.turns {
                 let (sin, cos) = match turn {

@@ -220,7 +220,10 @@ impl BodyTracker {
     /// Key joints `(T, 8, 3)`, world, m, of states `(T, D)`: m and rad. Raises `InputError`.
     fn joints<'py>(&self, py: Python<'py>, states: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let view = states.as_array();
-        let set = ParticleSet::from_rows(view.ncols(), &view.iter().copied().collect::<Vec<_>>())?;
+        let set = match view.as_slice() {
+            Some(rows) => ParticleSet::from_rows(view.ncols(), rows),
+            None => ParticleSet::from_rows(view.ncols(), &view.iter().copied().collect::<Vec<_>>()),
+        }?;
         let joints = py.detach(|| self.0.figure().joints_of(&set))?;
         PyArray1::from_vec(py, joints.rows()).reshape([set.len(), KEY_JOINTS.len(), 3])
     }
