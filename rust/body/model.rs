@@ -291,9 +291,22 @@ fn constant(m: &Matrix3<f64>) -> [[Lanes; 3]; 3] {
     std::array::from_fn(|r| std::array::from_fn(|c| Lanes::splat(m[(r, c)])))
 }
 
-/// Forward kinematics of `count` particles, [`LANES`] at a time.
+/// Forward kinematics of `count` particles, with the widest vectors that the processor has.
 #[multiversion(targets("x86_64+avx+avx2+avx512f+avx512vl+avx512dq+avx512bw+avx512cd", "x86_64+avx2"))]
 fn forward(
+    segments: &[Segment],
+    points: &[(usize, Vector3<f64>)],
+    columns: &[&[f64]],
+    count: usize,
+    frames: &mut [Frame],
+    out: &mut [f64],
+) {
+    forward_by_lanes(segments, points, columns, count, frames, out);
+}
+
+/// The same, [`LANES`] particles at a time, in whatever instructions the caller is built for.
+#[inline(always)]
+fn forward_by_lanes(
     segments: &[Segment],
     points: &[(usize, Vector3<f64>)],
     columns: &[&[f64]],
@@ -406,6 +419,15 @@ mod tests {
             let (first, count) = (2, 9);
             let mut out = vec![0.0; places.len() * 3 * count];
             model.points(set.blocks().next().unwrap(), first, count, &mut out);
+            // What every processor could run gives the same bits.
+            let columns: Vec<Vec<f64>> = (0..free.len())
+                .map(|d| set.blocks().next().unwrap().column(d)[first..first + count].to_vec())
+                .collect();
+            let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
+            let mut plain = vec![0.0; out.len()];
+            let mut frames = vec![Frame::world(); model.segments.len()];
+            forward_by_lanes(&model.segments, &model.points, &columns, count, &mut frames, &mut plain);
+            assert_eq!(plain, out);
             let rows = set.rows();
             for i in 0..count {
                 let state = &rows[(first + i) * free.len()..(first + i + 1) * free.len()];
