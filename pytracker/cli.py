@@ -326,6 +326,8 @@ def _check_new(out: Path, suffix: str, *, force: bool) -> None:
     """A file that may be written. Raises `InputError`."""
     if out.suffix.lower() != suffix:
         raise pt.InputError(f"{out}: expected a name that ends in {suffix}")
+    if not out.resolve().parent.is_dir():
+        raise pt.InputError(f"{out}: there is no folder {out.parent}, expected one")
     if out.exists() and not force:
         raise pt.InputError(f"{out}: already exists, expected a new file (or --force to replace it)")
 
@@ -483,6 +485,14 @@ def _say(words: str, quiet: bool) -> None:
         print(words)
 
 
+def _stop(number: int, frame: object) -> None:
+    """Leave and clean up, runs in flight first; at a second signal at once."""
+    del frame
+    signal.signal(number, signal.SIG_DFL)
+    print("pytracker: stopping after what is in flight (again: at once)", file=sys.stderr)
+    sys.exit(128 + number)
+
+
 def main() -> None:
     """Run the command line and leave with its exit status."""
     debug = "--debug" in sys.argv[1:]
@@ -490,7 +500,8 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _stop)
     try:
         app()
     except (pt.InputError, pt.TrackingError, OSError) as error:

@@ -10,6 +10,9 @@ import numpy as np
 
 from pytracker._core import InputError
 
+FEW = (12.706204736, 4.302652730, 3.182446305, 2.776445105, 2.570581836, 2.446911851)
+"""97.5 % quantiles for 1 to 6 degrees of freedom, where the expansion is not good enough."""
+
 __all__ = ["Interval", "mean_interval", "paired_difference", "paired_ratio", "student_975"]
 
 
@@ -63,13 +66,10 @@ def paired_ratio(first: Sequence[float], second: Sequence[float]) -> Interval:
 
 
 def student_975(freedom: int) -> float:
-    """97.5 % quantile of Student's t: Hill's expansion about the normal (CACM 13, 1970, algorithm 396)."""
-    z = 1.959963984540054
-    n = float(freedom)
-    if freedom == 1:
-        return math.tan(math.pi * 0.475)
-    if freedom == 2:
-        return math.sqrt(2 / (0.05 * 1.95) - 2)
+    """97.5 % quantile of Student's t: tabled for few, else Hill's expansion (CACM 13, 1970, algorithm 396)."""
+    if freedom <= len(FEW):
+        return FEW[freedom - 1]
+    z, n = 1.959963984540054, float(freedom)
     g1 = (z**3 + z) / 4
     g2 = (5 * z**5 + 16 * z**3 + 3 * z) / 96
     g3 = (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384

@@ -18,7 +18,7 @@ from pytracker.reproduce.words import cm, comparison, plain_number, share, than,
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-DURATIONS_S = {"tao-hu": 3.0, "li-kulic": 1.5}
+DURATIONS_S = {"tao-hu": 3.2, "li-kulic": 1.5}
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +98,16 @@ def test_what_is_refused(tmp_path: Path) -> None:
     (tmp_path / "letters" / "index.html").touch()
     with pytest.raises(pt.InputError, match="already exists and is no reproduction"):
         pt.reproduce("tao-hu", tmp_path / "letters")
+    (tmp_path / "letters" / "study").mkdir()
+    with pytest.raises(pt.InputError, match="already exists and is no reproduction"):
+        pt.reproduce("tao-hu", tmp_path / "letters")
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / ".made-by-pytracker").write_text("li-kulic")
+    with pytest.raises(pt.InputError, match="holds something else than tao-hu"):
+        pt.reproduce("tao-hu", tmp_path / "other")
+    with pytest.raises(pt.InputError, match=r"duration_s is 1.0, expected 3.2 to 600 s"):
+        pt.reproduce("tao-hu", tmp_path / "x", duration_s=1.0)
+    assert not (tmp_path / "x").exists()
     failed = run("reproduce", "hu-tao", "--out", tmp_path / "x")
     assert failed.returncode == 2
     assert "expected one of: tao-hu, li-kulic" in failed.stderr

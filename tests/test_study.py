@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import platform
 import shutil
 import signal
 import subprocess
@@ -16,6 +17,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.study import schedule
 from pytracker.study import study as study_module
 from pytracker.study.execute import COLUMNS
 from pytracker.study.schedule import on_dask
@@ -44,6 +46,24 @@ set = { corrections = ["colour", "arm_length"] }
 """
 
 
+ASF = """:version 1.10
+:name own
+:units
+  mass 1.0
+  length 0.45
+  angle deg
+:root
+   order TX TY TZ RX RY RZ
+   axis XYZ
+   position 0 0 0
+   orientation 0 0 0
+:bonedata
+:hierarchy
+  begin
+  end
+"""
+
+
 def small() -> pt.Study:
     return pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1, 2))
 
@@ -68,7 +88,17 @@ def test_table_says_what_the_scores_say(tmp_path: Path) -> None:
     assert row["ess_share"] == pytest.approx(track.ess.mean() / 200)
     with (tmp_path / "out" / "table.csv").open(encoding="utf-8") as file:
         written = list(csv.DictReader(file))
-    assert list(written[0]) == ["recording", "method", "particles", "corrections", "seed", "status", "error", *COLUMNS]
+    assert list(written[0]) == [
+        "recording",
+        "kind",
+        "method",
+        "particles",
+        "corrections",
+        "seed",
+        "status",
+        "error",
+        *COLUMNS,
+    ]
     assert len(written) == len(METHODS) * 2 * 3  # wrist, elbow, all
     assert float(written[0]["rms_m"]) == pytest.approx(table.values("rms_m", joint="wrist")[0], rel=1e-8)
     assert written[-1]["corrections"] == '["colour", "arm_length"]'
@@ -120,6 +150,80 @@ def test_a_run_that_fails_is_recorded_and_stops_no_other(simulated_body: Path, t
     assert (known, table.count("ok")) == (1, 2)
 
 
+def test_a_scene_with_another_motion_is_another_recording(simulated_body: Path, tmp_path: Path) -> None:
+    skeleton = tmp_path / "a.asf"
+    skeleton.write_text(ASF)
+    scene = pt.BodyScene(duration_s=0.5, skeleton=str(skeleton), motion=str(simulated_body / "motion.amc"))
+    recording = pt.StudyRecording(name="own", scene=scene)
+    before = recording.digest()
+    skeleton.write_text(ASF + "# another\n")
+    assert len({before, recording.digest(), ""}) == 3
+
+
+def test_messages_do_not_depend_on_where_it_ran(tmp_path: Path) -> None:
+    """A simulated recording lies somewhere else each time."""
+    scene = pt.ArmScene(duration_s=1.0, dropped_imu=0.99)
+    study = pt.Study(
+        recordings=(pt.StudyRecording(name="gaps", scene=scene),), methods=(pt.Layered(particles=10),), seeds=(0,)
+    )
+    tables = [pt.run_study(study, tmp_path / str(k)).csv() for k in range(2)]
+    assert tables[0] == tables[1]
+    assert "gaps/imu.csv" in tables[0]
+    assert "pytracker-" not in tables[0]
+
+
+def test_where_takes_a_method_with_all_its_parameters(simulated_body: Path, tmp_path: Path) -> None:
+    recordings = (CIRCLE, pt.StudyRecording(name="person", folder=simulated_body))
+    methods = (pt.Plain(particles=50), pt.BodyPlain(particles=50))
+    table = pt.run_study(pt.Study(recordings=recordings, methods=methods, seeds=range(2)), tmp_path / "out")
+    assert {row["recording"] for row in table.where(method=methods[0])} == {"circle"}
+    assert {row["recording"] for row in table.where(method=methods[1])} == {"person"}
+    assert table.where(method=pt.Plain(particles=50, accel_density=9.0)) == []
+    assert len(table.where(method="plain", joint="all")) == 4
+
+
+def test_what_killed_processes_left_is_swept(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    pt.run_study(small(), out)
+    old, new = out / "runs" / "a.json.1.partial", out / "runs" / "b.json.2.partial"
+    for path in (old, new):
+        path.touch()
+    os.utime(old, (1, 1))
+    dead = out / f".scratch-{platform.node()}-999999999"
+    dead.mkdir()
+    pt.run_study(small(), out)
+    assert not old.exists()
+    assert new.exists()  # of a process that may be writing it
+    assert not dead.exists()
+    assert not list(out.glob(".scratch-*"))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", '{"status": "ok", "error": "", "rows": []}', '{"status": "ok", "error": "", "rows": [{}]}',
+             '{"status": "ok", "error": "", "rows": [1]}', '{"status": "failed", "error": "x", "rows": []}'],
+)  # fmt: skip
+def test_a_result_that_cannot_be_read_is_done_again(tmp_path: Path, text: str) -> None:
+    table, _ = asked(small(), tmp_path / "out")
+    next((tmp_path / "out" / "runs").glob("*.json")).write_text(text)
+    assert asked(small(), tmp_path / "out") == (table, 5)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals as Unix has them")
+def test_stopped_by_a_signal_it_keeps_what_was_in_flight(tmp_path: Path) -> None:
+    file = tmp_path / "study.toml"
+    file.write_text(TOML.replace("8000", "20000").replace("duration_s = 2.0", "duration_s = 20.0"))
+    process = subprocess.Popen(study_command(file, tmp_path / "out"), stderr=subprocess.PIPE, text=True)  # noqa: S603
+    until = time.monotonic() + 60
+    while time.monotonic() < until and not list(tmp_path.glob("out/runs/*.json")):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert "stopping after what is in flight" in said
+    assert "Traceback" not in said
+    assert not list(tmp_path.glob("out/runs/*.partial"))
+
+
 def test_a_lost_track_keeps_its_frames(tmp_path: Path) -> None:
     # A bias that drives the particles through the camera.
     recording = pt.StudyRecording(name="circle", scene=pt.ArmScene(duration_s=2.0, acc_bias=30.0), pixel_sd=4.0)
@@ -150,6 +254,11 @@ def test_it_takes_no_folder_that_is_something_else(tmp_path: Path) -> None:
     (tmp_path / "letters" / "dear.txt").touch()
     with pytest.raises(pt.InputError, match="already exists and is no study"):
         pt.run_study(small(), tmp_path / "letters")
+    (tmp_path / "letters" / "runs").mkdir()
+    with pytest.raises(pt.InputError, match="already exists and is no study"):
+        pt.run_study(small(), tmp_path / "letters")
+    with pytest.raises(pt.InputError, match="workers is 0, expected 1 or more"):
+        pt.run_study(small(), tmp_path / "out", workers=0)
 
 
 def study_command(file: Path, out: Path) -> list[str]:
@@ -179,8 +288,8 @@ def test_killed_ten_times_and_gone_on_with(tmp_path: Path) -> None:
     assert (out / "table.csv").read_bytes() == (tmp_path / "undisturbed" / "table.csv").read_bytes()
 
 
-def test_on_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
-    """Two worker processes; one is killed in mid-study: the same table, byte for byte."""
+def test_on_a_cluster_that_loses_a_worker(simulated: Path, tmp_path: Path) -> None:
+    """Two worker processes; one is killed in mid-study: the same table, byte for byte. A changed folder is noticed."""
     distributed = pytest.importorskip("distributed")
     video = pt.StudyRecording(name="person", scene=pt.BodyScene(duration_s=1.0))
     methods = (*METHODS, pt.BodyPlain(particles=50), pt.Partitioned(particles=50))
@@ -199,25 +308,39 @@ def test_on_a_cluster_that_loses_a_worker(tmp_path: Path) -> None:
                 killed.append(done)
 
         there = pt.run_study(study, tmp_path / "there", scheduler=cluster.scheduler_address, progress=kill_one)
+        trial = shutil.copytree(simulated, tmp_path / "trial")
+        recording = pt.StudyRecording(name="trial", folder=trial)
+        again = pt.Study(recordings=(recording,), methods=(pt.Layered(particles=50),), seeds=(1,))
+        first = pt.run_study(again, tmp_path / "first", scheduler=cluster.scheduler_address)
+        text = (trial / "recording.toml").read_text("utf-8")
+        (trial / "recording.toml").write_text(text.replace("upper_arm_m = 0.3", "upper_arm_m = 0.32"), "utf-8")
+        changed = pt.run_study(again, tmp_path / "changed", scheduler=cluster.scheduler_address)
+    assert first.values("rms_m", joint="wrist") != changed.values("rms_m", joint="wrist")
+    assert changed == pt.run_study(again, tmp_path / "changed here")
     assert killed
     assert there.count("ok") == 30
     assert there == here
     assert (tmp_path / "there" / "table.csv").read_bytes() == (tmp_path / "here" / "table.csv").read_bytes()
 
 
-def test_no_cluster_there() -> None:
+def test_no_cluster_there(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed")
+    monkeypatch.setattr(schedule, "CONNECT_S", 2)
+    with pytest.raises(pt.InputError, match="--scheduler is 'nonsense', expected the address"):
+        list(on_dask([], "nonsense", lambda run, result: None))
     with pytest.raises(pt.InputError, match="expected the address of a Dask scheduler"):
-        list(on_dask([], "tcp://127.0.0.1:1", study_module.fingerprint))
+        list(on_dask([], "tcp://127.0.0.1:1", lambda run, result: None))
 
 
 @pytest.mark.parametrize(
     ("line", "instead", "message"),
     [
         ("schema = 1", "schema = 2", "schema is 2, this version reads 1"),
-        ("seeds = 10", "seeds = 0", "seeds"),
+        ("seeds = 10", "seeds = 0", "seeds is 0, expected a whole number from 1 to 100000, or a list of them"),
+        ("seeds = 10", "seeds = 1000000000000", "seeds is 1000000000000, expected a whole number from 1 to 100000"),
+        ("seeds = 10", "seeds = true", "seeds is True, expected a whole number"),
         ("seeds = 10", "seeds = [1, 1]", "the seed 1 twice, expected all to differ"),
-        ("seeds = 10", "seeds = [-1]", "the seed -1, expected 0 to"),
+        ("seeds = 10", "seeds = [-1]", "the seed is -1, expected a whole number from 0 to 2^63 - 1"),
         ("seeds = 10", "seed = 10", "seed is not a known key, did you mean 'seeds'?"),
         ('simulate = "arm"', 'simulate = "leg"', "recording[0].simulate is 'leg', expected: input should be 'arm'"),
         ('simulate = "arm"', "", "recording[0] has neither of folder and simulate, expected one of them"),
@@ -259,6 +382,11 @@ def test_a_study_file_is_what_it_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
+        (lambda: pt.StudyRecording(name="a\rb", folder=Path()), "expected printable characters"),
+        (lambda: pt.StudyRecording(name="x", scene=SCENE, pixel_sd=float("inf")), "expected an arm's, 0 px or more"),
+        (lambda: pt.StudyRecording(name="x", scene=SCENE, seed=-5), "the seed is -5, expected a whole number"),
+        (lambda: pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1.5,)), "the seed is 1.5"),  # type: ignore[arg-type]
+        (lambda: pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=range(10**6)), "3000000 runs, expected at most"),
         (lambda: pt.StudyRecording(name="x"), "has neither folder nor scene"),
         (lambda: pt.StudyRecording(name="x", folder=Path(), seed=1), "seed and pixel_sd go with a scene"),
         (lambda: pt.StudyRecording(name="x", scene=pt.BodyScene(), pixel_sd=1.0), "expected an arm's"),

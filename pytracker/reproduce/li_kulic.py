@@ -13,12 +13,15 @@ __all__ = [
     "PAPER",
     "RECORDING",
     "SHIPPED",
+    "SHORTEST_S",
     "make_study",
     "with_alpha",
     "with_particles",
 ]
 
 DURATION_S = 8.0
+
+SHORTEST_S = 1.0
 
 RECORDING = "person"
 

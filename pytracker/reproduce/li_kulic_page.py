@@ -13,7 +13,7 @@ from pytracker.reproduce import printed
 from pytracker.reproduce.li_kulic import ALPHAS, PAPER, RECORDING, with_alpha
 from pytracker.reproduce.li_kulic_curves import cue_weights, error_of, gains, joints, particles, shipped
 from pytracker.reproduce.li_kulic_pictures import evidence, frames_shown, over_frames, projection, rate
-from pytracker.reproduce.words import averaged, cm, comparison, plain_number
+from pytracker.reproduce.words import averaged, cm, comparison
 from pytracker.simulate import BodyScene, simulate_body
 from pytracker.study import StudyTable
 from pytracker.track import track
@@ -56,7 +56,7 @@ def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
 
 
 def _summary(table: StudyTable, rate_hz: float) -> str:
-    first, second, large, small = gains(table)
+    first, second, share = gains(table)
     best = min(ALPHAS, key=lambda alpha: averaged(error_of(table, with_alpha(alpha))).value)
     verdict = comparison(error_of(table, with_alpha(best)), error_of(table, with_alpha(1.0)))[3] if best != 1.0 else ""
     alpha = (
@@ -66,10 +66,9 @@ def _summary(table: StudyTable, rate_hz: float) -> str:
     )
     return (
         f"With 300 particles the eight joints are {cm(averaged(error_of(table, PAPER)))} cm off on average (paper: "
-        f"{printed.FIG_5_CM[300]:g} cm). From 10 to 300 particles the error falls by {first} cm (paper: "
-        f"{printed.FIG_5_CM[10] - printed.FIG_5_CM[300]:g}), from 300 to 3 000 by {second} cm (paper: "
-        f"{printed.FIG_5_CM[300] - printed.FIG_5_CM[3000]:.1f}): the second gain is {plain_number(small / large)} of the "
-        f"first. {alpha} A frame takes {1000 / rate_hz:.1f} ms, {rate_hz:.0f} frames a second against the paper's "
+        f"{printed.FIG_5_CM[300]:g} cm). The gain from 10 to 300 particles is {first} cm (paper: "
+        f"{printed.FIG_5_CM[10] - printed.FIG_5_CM[300]:g}), that from 300 to 3 000 {second} cm (paper: "
+        f"{printed.FIG_5_CM[300] - printed.FIG_5_CM[3000]:.1f}){share}. {alpha} A frame takes {1000 / rate_hz:.1f} ms, {rate_hz:.0f} frames a second against the paper's "
         f"{printed.RATE_HZ}."
     )
 

@@ -60,7 +60,7 @@ def projection(recording: BodyRecording, example: BodyTrack) -> Section:
         (
             embedded(
                 "Fig. 2: points as given and as projected.",
-                "A frame with the points that the projection was fitted to, as given and as projected: they coincide",
+                "A frame with the points that the projection was fitted to, as given and as projected",
                 body_figures.projection(fit, image),
                 is_wide=False,
             ),
@@ -74,7 +74,7 @@ def evidence(example: BodyTrack) -> Section:
     return Section(
         "evidence",
         "Figs. 3 and 4: evidence",
-        ("As in the paper, subtraction in colour keeps parts of the person that are of the wall's grey.",),
+        ("The paper prefers colour to grey: it keeps parts of the person that are as bright as the wall.",),
         (),
         (
             embedded("Fig. 3: a frame, its foreground from grey, from colour.",
@@ -98,7 +98,7 @@ def over_frames(tracks: Sequence[BodyTrack]) -> Section:
         (
             embedded(
                 "Fig. 6: average error of the eight joints, frame by frame.",
-                "Average error over time, mean and range of ten runs, with peaks where arms move fast or towards the camera",
+                "Average error over time, mean and range of the runs",
                 errors_of_runs(tracks[0].time_s, errors),
             ),
         ),

@@ -18,6 +18,20 @@ PAPERS = ("tao-hu", "li-kulic")
 SEEDS = 20
 """How many runs of everything where not said."""
 
+LONGEST_S = 600.0
+
+
+def _folder(out: Path, paper: str) -> Path:
+    """The folder, new or of the same paper. Raises `InputError` where it holds anything else."""
+    mark = out / MADE_HERE
+    if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or mark.is_file())):
+        raise InputError(f"{out}: already exists and is no reproduction, expected a new folder or one to go on with")
+    if mark.is_file() and mark.read_text("utf-8") != paper:
+        raise InputError(f"{out}: holds something else than {paper}, expected a new folder or one to go on with")
+    out.mkdir(parents=True, exist_ok=True)
+    mark.write_text(paper, "utf-8")
+    return out
+
 
 def reproduce(
     paper: str,
@@ -37,13 +51,13 @@ def reproduce(
         raise InputError(f"the paper is {paper!r}, expected one of: {', '.join(PAPERS)}")
     if seeds < 2:
         raise InputError(f"there are {seeds} seeds, expected at least 2: an interval needs them")
-    out, of = Path(out), tao_hu if paper == "tao-hu" else li_kulic
-    if out.exists() and not (out / "study").is_dir() and not (out.is_dir() and not any(out.iterdir())):
-        raise InputError(f"{out}: already exists and is no reproduction, expected a new folder or one to go on with")
+    of = tao_hu if paper == "tao-hu" else li_kulic
     duration_s = of.DURATION_S if duration_s is None else duration_s
+    if not of.SHORTEST_S <= duration_s <= LONGEST_S:
+        raise InputError(f"duration_s is {duration_s}, expected {of.SHORTEST_S:g} to {LONGEST_S:g} s")
+    out = _folder(Path(out), paper)
     study = of.make_study(tuple(range(1, seeds + 1)), duration_s)
     table = run_study(study, out / "study", workers=workers, progress=progress)
-    (out / MADE_HERE).touch()
     # Matplotlib takes a third of a second to import: only who draws pays for it.
     from pytracker.reproduce import li_kulic_page, tao_hu_page  # noqa: PLC0415
 

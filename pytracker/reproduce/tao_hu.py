@@ -9,9 +9,12 @@ from pytracker.methods import ArmMethod, Ekf, Inertial, Joint, Layered, Plain
 from pytracker.simulate import ArmScene
 from pytracker.study import Study, StudyRecording
 
-__all__ = ["DURATION_S", "METHODS", "PATTERNS", "PIXEL_SD", "VIDEO", "make_study", "scene"]
+__all__ = ["DURATION_S", "METHODS", "PATTERNS", "PIXEL_SD", "SHORTEST_S", "VIDEO", "make_study", "scene"]
 
 DURATION_S = 20.0
+
+SHORTEST_S = 3.2
+"""The paper speaks of 80 frames."""
 
 PIXEL_SD = 4.0
 """Of eq. (11)."""

@@ -51,7 +51,7 @@ def _summary(table: StudyTable) -> str:
         if claim.endswith(found):
             holds.append(f"{first} better than {second}")
         else:
-            fails.append(f"{first} better than {second} (here its error is {found})")
+            fails.append(f"{first} better than {second} (here {found})")
     words += f"Of the paper's ordering these hold: {'; '.join(holds) or 'none'}. "
     words += f"These do not: {'; '.join(fails) or 'none'}. "
     gain = verdict(table, "EKF with constraint", "EKF")

@@ -127,7 +127,7 @@ def over_time(duration_s: float) -> Section:
         paths.append(
             embedded(
                 f"Fig. 8: {name} in space, PF with constraint and truth.",
-                f"Path of the wrist in space, {name}: the tracked path lies about the true one",
+                f"Path of the wrist in space, {name}: the tracked and the true one",
                 arm_figures.path_3d(found, ["PF with constraint"]),
                 is_wide=False,
             )
@@ -136,8 +136,8 @@ def over_time(duration_s: float) -> Section:
         "over-time",
         "Figs. 6, 7, 8: one run over time",
         (
-            "The circle of seed 1. What leaves the frame has run away: without the constraint nothing holds the depth, "
-            "and the error grows as the paper says. The paper shows 80 frames; here all are shown.",
+            "The circle of seed 1. What leaves the frame has run away: without the constraint nothing holds the depth. "
+            "The paper shows 80 frames; here all are shown.",
         ),
         (),
         (
@@ -186,8 +186,7 @@ def clouds(duration_s: float) -> Section:
             ),
             embedded(
                 "Figs. 10 and 11: posteriors at frames 10 to 40, above without, below with the constraint.",
-                "Particle clouds at four frames: without the constraint they stretch along the viewing ray, with it they "
-                "stay where the ray meets the sphere",
+                "Particle clouds at four frames beside viewing ray and sphere, without and with the constraint",
                 snapshots(rows, ["PF", "PF with constraint"]),
             ),
         ),

@@ -13,6 +13,8 @@ __all__ = ["averaged", "cm", "comparison", "plain_number", "share", "than", "tim
 def plain_number(value: float) -> str:
     """With as many digits as it deserves."""
     size = abs(value)
+    if 0 < size < 0.001:
+        return f"{value:.0e}"
     return f"{value:.{0 if size >= 100 else 1 if size >= 1 else 2 if size >= 0.1 else 3}f}"
 
 

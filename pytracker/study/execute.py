@@ -13,17 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from pytracker._core import TrackingError
+from pytracker._core import InputError, TrackingError
 from pytracker.evaluate import evaluate
 from pytracker.evidence.sightings import Sightings, sight
 from pytracker.joint_track import Track
 from pytracker.load import load
 from pytracker.recording import ArmRecording, Recording
 from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm, simulate_body
+from pytracker.study.fingerprint import fingerprint
 from pytracker.study.plan import Run, StudyRecording
 from pytracker.track import track
 
-__all__ = ["COLUMNS", "Result", "Source", "execute", "execute_anywhere", "failed", "open_source"]
+__all__ = ["COLUMNS", "OTHER_BUILD", "Result", "Source", "execute", "execute_anywhere", "failed", "open_source"]
 
 AXES = "xyz"
 TRIPLES = {"mean": "mean_m", "sd": "sd_m", "coverage": "coverage", "half_width": "half_width_m"}
@@ -35,6 +36,8 @@ COLUMNS = (
 """What a row says of a joint; of `all` joints where it stands for all. Empty where there is no value."""
 
 Row = dict[str, str | float | int | None]
+
+OTHER_BUILD = "the worker has another build of pytracker, NumPy or OpenCV, expected the same everywhere"
 
 
 @dataclass(frozen=True)
@@ -59,14 +62,21 @@ class Source:
     Attributes:
         recording: loaded.
         sightings: of an arm: found once for all methods.
+        folder: where it lies.
+        name: what to call that in messages, which must not depend on where it happens to lie.
     """
 
     recording: Recording
     sightings: Sightings | None
+    folder: Path | None = None
+    name: str = ""
 
 
-def open_source(recording: StudyRecording, seed: int) -> Source:
-    """Load or simulate a recording; `seed` is the scene's. Raises `InputError`."""
+def open_source(recording: StudyRecording, seed: int, scratch: Path | None = None) -> Source:
+    """Load or simulate a recording; `seed` is the scene's. Raises `InputError`.
+
+    What is simulated lies below `scratch`, else in the system's folder for such, as long as the result is in use.
+    """
     if recording.folder is not None:
         return _loaded(recording.folder)
     scene = recording.scene
@@ -75,22 +85,29 @@ def open_source(recording: StudyRecording, seed: int) -> Source:
         simulation = ArmSimulation(scene, seed)
         sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(recording.pixel_sd))
         return Source(simulation.recording(), sightings)
-    scratch = Path(tempfile.mkdtemp(prefix="pytracker-"))
+    if scratch is not None:
+        scratch.mkdir(parents=True, exist_ok=True)
+    whole = Path(tempfile.mkdtemp(prefix="pytracker-", dir=scratch))
+    folder = whole / "recording"
     try:
         if isinstance(scene, ArmScene):
-            source = _loaded(simulate_arm(scratch / "recording", scene, seed))
+            source = _loaded(simulate_arm(folder, scene, seed), recording.name)
         else:
-            source = _loaded(simulate_body(scratch / "recording", scene, seed))
+            source = _loaded(simulate_body(folder, scene, seed), recording.name)
+    except InputError as error:
+        shutil.rmtree(whole, ignore_errors=True)
+        raise InputError(str(error).replace(str(folder), recording.name)) from None
     except BaseException:
-        shutil.rmtree(scratch, ignore_errors=True)
+        shutil.rmtree(whole, ignore_errors=True)
         raise
-    weakref.finalize(source, shutil.rmtree, scratch, ignore_errors=True)
+    weakref.finalize(source, shutil.rmtree, whole, ignore_errors=True)
     return source
 
 
-def _loaded(folder: Path) -> Source:
+def _loaded(folder: Path, name: str = "") -> Source:
     recording = load(folder)
-    return Source(recording, sight(recording) if isinstance(recording, ArmRecording) else None)
+    sightings = sight(recording) if isinstance(recording, ArmRecording) else None
+    return Source(recording, sightings, folder, name or str(folder))
 
 
 def execute(run: Run, source: Source) -> Result:
@@ -101,25 +118,39 @@ def execute(run: Run, source: Source) -> Result:
     except TrackingError as error:
         partial = getattr(error, "track", None)
         try:
-            return Result("lost", str(error), () if partial is None else _rows(partial))
+            return Result("lost", _line(str(error)), () if partial is None else _rows(partial))
         except Exception as worse:
-            return failed(worse)
+            return failed(worse, source)
     except Exception as error:
-        return failed(error)
+        return failed(error, source)
 
 
-def failed(error: Exception) -> Result:
+def failed(error: Exception, source: Source | None = None) -> Result:
     """What is recorded of a run that could not be done."""
-    return Result("failed", f"{type(error).__name__}: {error}", ())
+    words = f"{type(error).__name__}: {error}"
+    if source is not None and source.folder is not None:
+        words = words.replace(str(source.folder), source.name)
+    return Result("failed", _line(words), ())
+
+
+def _line(words: str) -> str:
+    """On one line, as a cell of a table is."""
+    return " ".join(words.split())
 
 
 @functools.lru_cache(maxsize=2)
-def _kept(recording: StudyRecording, seed: int) -> Source:
+def _kept(recording: StudyRecording, seed: int, digest: str) -> Source:
+    del digest  # another content is another entry
     return open_source(recording, seed)
 
 
-def execute_anywhere(run: Run) -> Result:
-    """The same in a process that has nothing yet; it keeps the last recordings for the runs that come next."""
+def execute_anywhere(run: Run, expected: str) -> Result:
+    """The same in a process that has nothing yet; it keeps the last recordings for the runs that come next.
+
+    Fails where the process runs another build than the one whose fingerprint is `expected`.
+    """
+    if fingerprint() != expected:
+        return failed(InputError(OTHER_BUILD))
     try:
         source = _kept(*run.source)
     except Exception as error:

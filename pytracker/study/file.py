@@ -22,6 +22,7 @@ grid = { particles = [100, 500], pixel_sd = [2.0, 4.0] }      # every combinatio
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -38,6 +39,9 @@ from pytracker.toml_file import Entry, Finite, Whole, read_toml, validated
 __all__ = ["read_study"]
 
 SCHEMA = 1
+
+MOST_SEEDS = 100_000
+"""Of a number of seeds, and of combinations of a grid."""
 
 
 class RecordingEntry(Entry):
@@ -63,7 +67,7 @@ class StudyFile(Entry):
     """The whole file."""
 
     schema_: Annotated[Literal[1], Field(alias="schema")]
-    seeds: Annotated[Whole, Field(ge=1)] | Annotated[list[Whole], Field(min_length=1)]
+    seeds: Any
     recording: Annotated[tuple[RecordingEntry, ...], Field(min_length=1)]
     method: Annotated[tuple[MethodEntry, ...], Field(min_length=1)]
 
@@ -74,14 +78,22 @@ def read_study(path: Path | str) -> Study:
     if not path.is_file():
         raise InputError(f"{path}: is no file, expected a study in TOML")
     entry = validated(path, read_toml(path, SCHEMA), StudyFile)
-    seeds = tuple(range(1, entry.seeds + 1)) if isinstance(entry.seeds, int) else tuple(entry.seeds)
     try:
+        seeds = _seeds(entry.seeds)
         recordings = tuple(_recording(path.parent, k, item) for k, item in enumerate(entry.recording))
         kinds = {recording.kind for recording in recordings}
         methods = [method for k, item in enumerate(entry.method) for method in _methods(k, item, kinds)]
         return Study(recordings=recordings, methods=tuple(methods), seeds=seeds)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
+
+
+def _seeds(value: Any) -> tuple[int, ...]:
+    if type(value) is int and 1 <= value <= MOST_SEEDS:
+        return tuple(range(1, value + 1))
+    if isinstance(value, list) and value:
+        return tuple(value)
+    raise InputError(f"seeds is {value!r}, expected a whole number from 1 to {MOST_SEEDS}, or a list of them")
 
 
 def _recording(folder: Path, number: int, entry: RecordingEntry) -> StudyRecording:
@@ -101,7 +113,8 @@ def _recording(folder: Path, number: int, entry: RecordingEntry) -> StudyRecordi
             raise InputError(f"{place}.scene.{key} is not a known key, {nearest(key, known)}")
     values = {key: _tuples(value) for key, value in entry.scene.items()}
     for key in {"skeleton", "motion"} & values.keys():
-        values[key] = str((folder / values[key]).resolve())
+        if isinstance(values[key], str):  # else the scene says so
+            values[key] = str((folder / values[key]).resolve())
     name = entry.name or f"simulated {entry.simulate}"
     return StudyRecording(name=name, scene=scene(**values), seed=entry.seed, pixel_sd=entry.pixel_sd)
 
@@ -111,10 +124,15 @@ def _methods(number: int, entry: MethodEntry, kinds: set[str]) -> list[Method]:
     double = entry.set.keys() & entry.grid.keys()
     if double:
         raise InputError(f"method[{number}] has {sorted(double)[0]} in both set and grid, expected one of them")
-    of_kinds = [kind for kind in METHODS_OF if kind in kinds and entry.name in METHODS_OF[kind]]
+    # A folder that cannot be read may be of any kind: its runs will say what is the matter.
+    possible = [kind for kind in METHODS_OF if kinds & {kind, ""}]
+    of_kinds = [kind for kind in possible if entry.name in METHODS_OF[kind]]
     if not of_kinds:
-        known = [name for kind in METHODS_OF if kind in kinds for name in METHODS_OF[kind]]
+        known = [name for kind in possible for name in METHODS_OF[kind]]
         raise InputError(f"method[{number}].name is {entry.name!r}, {nearest(entry.name, known)}")
+    count = math.prod(len(values) for values in entry.grid.values())
+    if count > MOST_SEEDS:
+        raise InputError(f"method[{number}].grid has {count} combinations, expected at most {MOST_SEEDS}")
     combinations = [dict(zip(entry.grid, values, strict=True)) for values in itertools.product(*entry.grid.values())]
     try:
         return [make_method(kind, entry.name, {**entry.set, **values}) for kind in of_kinds for values in combinations]

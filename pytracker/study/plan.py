@@ -5,12 +5,16 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from numbers import Integral
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pytracker._core import InputError
 from pytracker.digest import sha256_of
@@ -22,7 +26,9 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Run", "Study", "StudyRecording"]
+__all__ = ["Run", "Study", "StudyRecording", "plain"]
+
+MOST_RUNS = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +36,7 @@ class StudyRecording:
     """A recording of a study: a folder, or a scene to simulate. Raises `InputError` where it is neither or both.
 
     Attributes:
-        name: as the table calls it.
+        name: as the table calls it; printable.
         folder: a recording folder; on a cluster, one that every worker can read under this path.
         scene: what to simulate instead.
         seed: simulate with this seed for every run; None: with the run's own, so that
@@ -46,12 +52,18 @@ class StudyRecording:
 
     def __post_init__(self) -> None:
         """Check that it is one of the two."""
+        if not (self.name and self.name.isprintable()):
+            raise InputError(f"a recording's name is {self.name!r}, expected printable characters")
+        if self.folder is not None:  # a name will do
+            object.__setattr__(self, "folder", Path(self.folder))
+        if self.seed is not None:
+            object.__setattr__(self, "seed", _seed(self.seed))
         if (self.folder is None) == (self.scene is None):
             given = "neither folder nor scene" if self.folder is None else "both folder and scene"
             raise InputError(f"recording {self.name!r} has {given}, expected one of them")
         if self.folder is not None and (self.seed is not None or self.pixel_sd is not None):
             raise InputError(f"recording {self.name!r} is a folder: seed and pixel_sd go with a scene")
-        if self.pixel_sd is not None and not (isinstance(self.scene, ArmScene) and self.pixel_sd >= 0):
+        if self.pixel_sd is not None and not (isinstance(self.scene, ArmScene) and 0 <= self.pixel_sd < math.inf):
             raise InputError(f"recording {self.name!r} has pixel_sd {self.pixel_sd!r}, expected an arm's, 0 px or more")
 
     @property
@@ -67,12 +79,15 @@ class StudyRecording:
         return kind if kind in ("arm", "body") else ""
 
     def digest(self) -> str:
-        """Of everything that lies in the folder: another content is another run. Empty for a scene."""
-        if self.folder is None:
-            return ""
+        """Of every file that it is made of, a folder's or a scene's motion: another content is another run."""
+        if self.folder is not None:
+            files = {p.relative_to(self.folder).as_posix(): p for p in self.folder.rglob("*")}
+        else:
+            files = {n: Path(getattr(self.scene, n)) for n in ("skeleton", "motion") if getattr(self.scene, n, "")}
         total = hashlib.sha256()
-        for path in sorted(p for p in self.folder.rglob("*") if p.is_file()):
-            total.update(f"{path.relative_to(self.folder).as_posix()}\0{sha256_of(path)}\n".encode())
+        for name, path in sorted(files.items()):
+            if path.is_file():
+                total.update(f"{name}\0{sha256_of(path)}\n".encode())
         return total.hexdigest()
 
 
@@ -84,18 +99,20 @@ class Run:
         recording: what is tracked.
         method: how.
         seed: of the method's random streams, and of a scene that has none of its own.
+        digest: of the files that the recording is made of.
         key: tells it from every other run, by content: the same key has the same result.
     """
 
     recording: StudyRecording
     method: Method
     seed: int
+    digest: str
     key: str
 
     @property
-    def source(self) -> tuple[StudyRecording, int]:
-        """Which recording exactly: runs that share it need it made once."""
-        return self.recording, self.seed if self.recording.seed is None else self.recording.seed
+    def source(self) -> tuple[StudyRecording, int, str]:
+        """Which recording exactly (with the scene's seed, and the content): runs that share it need it made once."""
+        return self.recording, self.seed if self.recording.seed is None else self.recording.seed, self.digest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -105,25 +122,28 @@ class Study:
     Attributes:
         recordings: with different names.
         methods: all different; each tracks the recordings of its kind.
-        seeds: all different.
+        seeds: all different, 0 to 2^63 - 1.
     """
 
     recordings: tuple[StudyRecording, ...]
     methods: tuple[Method, ...]
-    seeds: tuple[int, ...]
+    seeds: Sequence[int]
 
     def __post_init__(self) -> None:
         """Check that every part has something to do."""
+        object.__setattr__(self, "recordings", tuple(self.recordings))
+        object.__setattr__(self, "methods", tuple(self.methods))
+        object.__setattr__(self, "seeds", tuple(map(_seed, self.seeds)))
+        count = len(self.recordings) * len(self.methods) * len(self.seeds)
+        if count > MOST_RUNS:
+            raise InputError(f"the study has {count} runs, expected at most {MOST_RUNS}")
         names = [recording.name for recording in self.recordings]
         for what, items in (("recording", names), ("method", self.methods), ("seed", self.seeds)):
             if not items:
                 raise InputError(f"the study has no {what}, expected at least one")
             double = [item for item, count in Counter(map(repr, items)).items() if count > 1]
             if double:
-                raise InputError(f"the study has the {what} {double[0]} twice, expected all to differ")
-        bad = [seed for seed in self.seeds if not 0 <= seed < 2**63]
-        if bad:
-            raise InputError(f"the study has the seed {bad[0]}, expected 0 to 2^63 - 1")
+                raise InputError(f"the study has the {what} {_short(double[0])} twice, expected all to differ")
         kinds = {recording.kind for recording in self.recordings}
         for method in self.methods:
             if not kinds & {method.kind, ""}:
@@ -154,9 +174,25 @@ class Study:
                         "method": {type(method).__name__: method.parameters()},
                         "seed": seed,
                     }
-                    yield Run(recording, method, seed, _key(content))
+                    yield Run(recording, method, seed, digest, _key(content))
+
+
+def plain(value: Any) -> Any:
+    """What JSON knows instead of a number of NumPy's or a path."""
+    return value.item() if isinstance(value, np.generic) else str(value)
+
+
+def _seed(value: Any) -> int:
+    """A whole number that every generator takes."""
+    if type(value) is bool or not isinstance(value, Integral) or not 0 <= int(value) < 2**63:
+        raise InputError(f"the seed is {value!r}, expected a whole number from 0 to 2^63 - 1")
+    return int(value)
+
+
+def _short(words: str) -> str:
+    return words if len(words) <= 60 else words[:60] + " ..."
 
 
 def _key(content: dict[str, Any]) -> str:
-    text = json.dumps(content, sort_keys=True, default=str)
+    text = json.dumps(content, sort_keys=True, default=plain)
     return hashlib.sha256(text.encode()).hexdigest()[:24]

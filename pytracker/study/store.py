@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import dataclasses
 import json
 import os
+import platform
+import shutil
+import sys
+import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from pytracker._core import InputError
 from pytracker.methods import Method
@@ -17,9 +24,12 @@ from pytracker.output import MADE_HERE
 from pytracker.study.execute import COLUMNS, Result, Row
 from pytracker.study.plan import Run
 
-__all__ = ["Store", "StudyTable"]
+__all__ = ["Store", "StudyTable", "make_table", "require_parquet"]
 
 PARTIAL = ".partial"
+SCRATCH = ".scratch-"
+STALE_S = 60.0
+"""No file takes so long to write."""
 
 
 class Store:
@@ -28,12 +38,23 @@ class Store:
     def __init__(self, out: Path) -> None:
         self.out = out
         self.runs = out / "runs"
-        if out.exists() and not self.runs.is_dir() and not (out.is_dir() and not any(out.iterdir())):
+        is_study = self.runs.is_dir() and (out / MADE_HERE).is_file()
+        if out.exists() and not is_study and not (out.is_dir() and not any(out.iterdir())):
             raise InputError(f"{out}: already exists and is no study, expected a new folder or one of a study")
         self.runs.mkdir(parents=True, exist_ok=True)
         (out / MADE_HERE).touch()
-        for left in self.runs.glob(f"*{PARTIAL}"):  # by a run that was killed while it wrote
-            left.unlink(missing_ok=True)
+        self.scratch = out / f"{SCRATCH}{platform.node()}-{os.getpid()}"
+        self._sweep()
+
+    def _sweep(self) -> None:
+        """Remove what killed processes left: half-written files, simulated recordings."""
+        for left in self.runs.glob(f"*{PARTIAL}"):
+            with contextlib.suppress(OSError):
+                if time.time() - left.stat().st_mtime > STALE_S:
+                    left.unlink()
+        for left in self.out.glob(f"{SCRATCH}{platform.node()}-*"):
+            if not _is_alive(left.name.rpartition("-")[2]):
+                shutil.rmtree(left, ignore_errors=True)
 
     def load(self, run: Run) -> Result | None:
         """What is known of a run; None where it is not done, failed before, or its file is not readable."""
@@ -42,7 +63,8 @@ class Store:
             result = Result(found["status"], found["error"], tuple(found["rows"]))
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return result if result.status in ("ok", "lost") else None
+        is_whole = all(isinstance(row, dict) and tuple(row) == COLUMNS for row in result.rows)
+        return result if is_whole and (result.status == "lost" or (result.status == "ok" and result.rows)) else None
 
     def save(self, run: Run, result: Result) -> None:
         """Keep what became of a run: whole or not at all."""
@@ -63,8 +85,9 @@ class StudyTable:
     """A study's table: one row a run and joint, in the order of the study.
 
     Attributes:
-        columns: `recording, method`, `particles` and every other parameter that is not at its default somewhere in the
-            study, `seed, status, error`, then what was measured (`study.execute.COLUMNS`), in metres or as a share.
+        columns: `recording, kind, method`, `particles` and every other parameter that is not at its default
+            somewhere in the study, `seed, status, error`, then what was measured (`study.execute.COLUMNS`), in metres
+            or as a share.
         rows: by column; None where there is no value.
     """
 
@@ -75,8 +98,12 @@ class StudyTable:
         """The rows that have these values; `method` is a name, or a `Method` with all its parameters."""
         method = values.get("method")
         if isinstance(method, Method):
-            parameters = self.columns[2 : self.columns.index("seed")]
-            values |= {"method": method.name, **{p: _value(getattr(method, p, None)) for p in parameters}}
+            parameters = self.columns[3 : self.columns.index("seed")]
+            # What has no column is at its default everywhere.
+            if any(p not in parameters for p in _parameters([method]) if p != "particles"):
+                return []
+            named = {p: _value(getattr(method, p, None)) for p in parameters}
+            values |= {"kind": method.kind, "method": method.name, **named}
         return [row for row in self.rows if all(row[column] == value for column, value in values.items())]
 
     def values(self, column: str, **values: Any) -> list[float]:
@@ -104,12 +131,32 @@ class StudyTable:
 
     def write_parquet(self, path: Path) -> None:
         """As Parquet. Raises `InputError` without the `parquet` extra."""
-        try:
-            import pyarrow as pa  # noqa: PLC0415
-            import pyarrow.parquet as pq  # noqa: PLC0415
-        except ImportError:
-            raise InputError("Parquet needs pyarrow, expected pytracker[parquet] to be installed") from None
+        require_parquet()
+        import pyarrow as pa  # noqa: PLC0415
+        import pyarrow.parquet as pq  # noqa: PLC0415
+
         pq.write_table(pa.table({column: [row[column] for row in self.rows] for column in self.columns}), path)
+
+
+def require_parquet() -> None:
+    """Raises `InputError` without the `parquet` extra: before the work, not after it."""
+    try:
+        import pyarrow.parquet  # noqa: F401, PLC0415
+    except ImportError:
+        raise InputError("Parquet needs pyarrow, expected pytracker[parquet] to be installed") from None
+
+
+def _is_alive(pid: str) -> bool:
+    """Whether a process of this machine is; where that cannot be asked, it is taken to be."""
+    if sys.platform == "win32" or not pid.isdigit():
+        return True
+    try:
+        os.kill(int(pid), 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def make_table(runs: Sequence[Run], results: Mapping[str, Result]) -> StudyTable:
@@ -118,6 +165,7 @@ def make_table(runs: Sequence[Run], results: Mapping[str, Result]) -> StudyTable
     rows = [
         {
             "recording": run.recording.name,
+            "kind": run.method.kind,
             "method": run.method.name,
             **{name: _value(getattr(run.method, name, None)) for name in parameters},
             "seed": run.seed,
@@ -128,7 +176,7 @@ def make_table(runs: Sequence[Run], results: Mapping[str, Result]) -> StudyTable
         for run in runs
         for found in results[run.key].rows or ({column: None for column in COLUMNS},)
     ]
-    return StudyTable(("recording", "method", *parameters, "seed", "status", "error", *COLUMNS), tuple(rows))
+    return StudyTable(("recording", "kind", "method", *parameters, "seed", "status", "error", *COLUMNS), tuple(rows))
 
 
 def _parameters(methods: Iterable[Method]) -> list[str]:
@@ -142,6 +190,8 @@ def _parameters(methods: Iterable[Method]) -> list[str]:
 
 
 def _value(value: Any) -> str | float | int | None:
+    if isinstance(value, np.generic):
+        value = value.item()
     if isinstance(value, bool):
         return str(value).lower()
     return value if value is None or isinstance(value, str | float | int) else json.dumps(value)

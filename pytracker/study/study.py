@@ -2,41 +2,25 @@
 
 from __future__ import annotations
 
-import functools
-import hashlib
 import json
 import platform
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from pytracker._core import __version__
-from pytracker.digest import sha256_of
+from pytracker._core import InputError, __version__
 from pytracker.formats.video import OPENCV
-from pytracker.study.plan import Study
+from pytracker.study.fingerprint import fingerprint
+from pytracker.study.plan import Study, plain
 from pytracker.study.schedule import on_dask, on_threads
-from pytracker.study.store import Store, StudyTable, make_table
+from pytracker.study.store import Store, StudyTable, make_table, require_parquet
 
-__all__ = ["fingerprint", "run_study"]
+__all__ = ["run_study"]
 
 StudyProgress = Callable[[int, int], None]
 """Called with (runs done, runs in all)."""
-
-NO_NUMBERS = ("report", "reproduce", "cli.py", "__main__.py")
-"""Parts of the package that change no result."""
-
-
-@functools.cache
-def fingerprint() -> str:
-    """What computes the numbers: every file of the package that has a part in them, NumPy and OpenCV."""
-    root = Path(__file__).parents[1]
-    found = hashlib.sha256(f"{__version__} {np.__version__} {OPENCV}".encode())
-    for path in sorted([*root.rglob("*.py"), *root.glob("_core*")]):
-        name = path.relative_to(root)
-        if name.parts[0] not in NO_NUMBERS and path.suffix in (".py", ".so", ".pyd", ".dylib"):
-            found.update(f"{name.as_posix()} {sha256_of(path)}\n".encode())
-    return found.hexdigest()
 
 
 def run_study(
@@ -57,6 +41,10 @@ def run_study(
 
     Raises `InputError` where `out` is something else, or what is asked for is not installed.
     """
+    if workers is not None and workers < 1:
+        raise InputError(f"workers is {workers}, expected 1 or more")
+    if parquet:
+        require_parquet()
     out = Path(out)
     store = Store(out)
     runs = list(study.runs(fingerprint()))
@@ -67,13 +55,16 @@ def run_study(
     if progress is not None:
         progress(len(results), total)
     if waiting:
-        coming = on_dask(waiting, scheduler, fingerprint) if scheduler else on_threads(waiting, workers)
+        if scheduler:
+            coming = on_dask(waiting, scheduler, store.save)
+        else:
+            coming = on_threads(waiting, workers, store.scratch, store.save)
         for run, result in coming:
-            store.save(run, result)
             results[run.key] = result
             if progress is not None:
                 progress(len(results), total)
     table = make_table(runs, results)
+    shutil.rmtree(store.scratch, ignore_errors=True)
     store.write(out / "table.csv", table.csv())
     store.write(out / "study.json", _about(study))
     if parquet:
@@ -104,6 +95,7 @@ def _about(study: Study) -> str:
                 "methods": [{"class": type(method).__name__, **method.parameters()} for method in study.methods],
             },
             indent=2,
+            default=plain,
         )
         + "\n"
     )
