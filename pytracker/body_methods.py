@@ -24,6 +24,8 @@ class BodyMethod(Method):
 
     Attributes:
         particles: how many in every layer (paper: 300).
+        islands: into how many shares the particles are divided that are filtered on their own, so that resampling
+            does not make them all agree: where they do not, the pose is not known, and the bands say so (paper: 1).
         layers: (groups, share of the diffusion, share of the sharpness), applied in order; groups are `torso`,
             `left_arm`, `right_arm`: they move, and their parts and blobs weigh.
         resampling: `systematic` (the paper), `residual`, `stratified` or `multinomial`.
@@ -43,6 +45,7 @@ class BodyMethod(Method):
     """
 
     particles: int = 300
+    islands: int = 1
     layers: BodyLayers = ((ALL, 1.0, 1.0),)
     resampling: str = "systematic"
     ess_threshold: float = 1.0
@@ -102,7 +105,9 @@ class Annealed(_Fixed):
 
 @dataclass(frozen=True, kw_only=True)
 class Partitioned(_Fixed):
-    """Partitions: the torso first, then each arm on it (MacCormick & Isard): the best here."""
+    """Partitions: the torso first, then each arm on it (MacCormick & Isard), on islands: the best here."""
+
+    islands: int = 8
 
     layers: BodyLayers = ((("torso",), 1.0, 1.0), (("left_arm",), 1.0, 1.0), (("right_arm",), 1.0, 1.0))
     anew_share: float = 0.1

@@ -202,22 +202,39 @@ def _check_frame(frame: int, first: int, count: int) -> None:
 
 
 def _layers(
-    prior: Cloud, records: list[LayerRecord], words: list[tuple[str, str]], places: Callable[[Array], dict[str, Array]]
+    prior: Cloud,
+    records: list[LayerRecord],
+    words: list[tuple[str, str]],
+    places: Callable[[Array], dict[str, Array]],
 ) -> tuple[CycleLayer, ...]:
-    """Every layer with the cloud that the one before left."""
+    """Every layer with the cloud that the one before left; the records come island by island."""
     arriving, layers = prior, []
-    for record, (moved_by, weighed_by) in zip(records, words, strict=True):
-        at = places(record.predicted)
-        weighted = Cloud(at, record.weights)
-        resampled = None
-        if record.ancestors is not None:
-            chosen = record.ancestors
-            resampled = Cloud({name: p[chosen] for name, p in at.items()}, np.full(len(chosen), 1 / len(chosen)))
+    for number, (moved_by, weighed_by) in enumerate(words):
+        parts = records[number :: len(words)]
+        at = places(np.concatenate([part.predicted for part in parts]))
+        count = len(arriving.weights)
+        weighted = Cloud(at, np.concatenate([part.weights * (len(part.weights) / count) for part in parts]))
+        resampled = _resampled(parts, weighted)
         # A cue may have had nothing to say.
-        said = "" if np.array_equal(record.weights, arriving.weights) else weighed_by
+        said = "" if np.array_equal(weighted.weights, arriving.weights) else weighed_by
         layers.append(CycleLayer(moved_by, said, arriving, Cloud(at, arriving.weights), weighted, resampled))
         arriving = resampled or weighted
     return tuple(layers)
+
+
+def _resampled(parts: list[LayerRecord], weighted: Cloud) -> Cloud | None:
+    """What the islands left, those that did not resample as they were; None where none did."""
+    if all(part.ancestors is None for part in parts):
+        return None
+    chosen, weights, first = [], [], 0
+    for part in parts:
+        size = len(part.weights)
+        stays = part.ancestors is None
+        chosen.append(first + (np.arange(size) if part.ancestors is None else part.ancestors))
+        weights.append(weighted.weights[first : first + size] if stays else np.full(size, 1 / len(weighted.weights)))
+        first += size
+    rows = np.concatenate(chosen)
+    return Cloud({name: points[rows] for name, points in weighted.points_m.items()}, np.concatenate(weights))
 
 
 def _truth(recording: Recording, joints: tuple[str, ...], time_s: float) -> dict[str, Array]:

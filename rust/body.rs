@@ -11,11 +11,13 @@
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
 //! | [`cues`] | IV-C2: weights; and the same cues on a fixed scale |
+//! | `island` | a share of the particles that is filtered on its own |
 //! | [`tracker`] | IV-C: the online tracker, lists of layers |
 
 pub mod cues;
 pub mod edges;
 pub mod figure;
+mod island;
 mod lanes;
 pub mod model;
 pub mod motion;

@@ -237,6 +237,36 @@ impl ParticleSet {
         self.len >= PARALLEL_BLOCKS * BLOCK
     }
 
+    /// Several sets as one, each with the weight that its number of particles has among all.
+    ///
+    /// # Panics
+    /// When there is none, or they differ in their columns.
+    pub fn together(sets: &[&Self]) -> Self {
+        if let [one] = sets {
+            return (*one).clone();
+        }
+        let (len, dim) = (sets.iter().map(|set| set.len).sum(), sets[0].dim);
+        let mut all = Self::new(len, dim).expect("particles and columns");
+        let mut first = 0;
+        for set in sets {
+            assert_eq!(set.dim, dim, "the same columns");
+            let share = set.len as f64 / len as f64;
+            for (b, block) in set.blocks().enumerate() {
+                for i in 0..block.len() {
+                    let to = first + b * BLOCK + i;
+                    for d in 0..dim {
+                        all.blocks[(to / BLOCK) * BLOCK * dim + d * BLOCK + to % BLOCK] = block.column(d)[i];
+                    }
+                    all.weights[to] = set.weights[b * BLOCK + i] * share;
+                    all.log_weights[to] = all.weights[to].ln();
+                }
+            }
+            first += set.len;
+        }
+        all.log_sum = 0.0;
+        all
+    }
+
     /// Another set of the same weights, whose `dim` columns are made from this one's, block by block.
     ///
     /// # Panics
@@ -411,6 +441,22 @@ mod tests {
         }
         assert_eq!(ancestors.iter().filter(|a| **a == 5).count(), 175);
         assert!(set.weights().iter().all(|w| *w == 1.0 / 700.0));
+    }
+
+    #[test]
+    fn together_they_weigh_as_many_as_they_are() {
+        let (mut a, mut b) = (ramp(300), ramp(100));
+        a.reweigh(&(0..300).map(|i| f64::from(i % 7)).collect::<Vec<_>>()).unwrap();
+        b.reweigh(&(0..100).map(|i| f64::from(i % 5)).collect::<Vec<_>>()).unwrap();
+        let all = ParticleSet::together(&[&a, &b]);
+        assert_eq!(all.rows(), [a.rows(), b.rows()].concat());
+        assert!((all.weights().iter().sum::<f64>() - 1.0).abs() < 1e-14);
+        let mean = |set: &ParticleSet| set.moments().0[0];
+        assert!((mean(&all) - 0.75 * mean(&a) - 0.25 * mean(&b)).abs() < 1e-12);
+        let mut again = all.clone();
+        let evidence = again.reweigh(&[2f64.ln(); 400]).unwrap();
+        assert!((evidence - 2f64.ln()).abs() < 1e-12);
+        assert_eq!(ParticleSet::together(&[&a]), a);
     }
 
     #[test]

@@ -37,6 +37,11 @@ impl Streams {
     }
 }
 
+/// The seed of the `k`-th of several filters that run side by side; the first has the seed itself.
+pub fn branch(seed: u64, k: u64) -> u64 {
+    if k == 0 { seed } else { mix(mix(seed) ^ mix(!k)) }
+}
+
 /// SplitMix64's finaliser: a bijection of `u64` without fixed structure, so that near keys give far streams.
 fn mix(key: u64) -> u64 {
     let mut z = key.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -65,6 +70,13 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn branches_differ() {
+        let seeds: HashSet<u64> = (0..100).flat_map(|seed| (0..20).map(move |k| branch(seed, k))).collect();
+        assert_eq!(seeds.len(), 2000);
+        assert_eq!(branch(7, 0), 7);
     }
 
     #[test]

@@ -131,6 +131,7 @@ fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
 fn method(layers: Vec<BodyLayer>, weighing: Weighing) -> BodyMethod {
     BodyMethod {
         len: 400,
+        islands: 1,
         layers,
         resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
         diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },
@@ -167,6 +168,32 @@ fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
         tracker.update(0.5, &BodyEvidence { edges: blank(), blobs: vec![] }),
         Err(Error::Late { what: "frame", .. })
     ));
+}
+
+/// Islands are filters side by side: the first is what it would be alone, and together they have every particle.
+#[test]
+fn islands_are_filters_side_by_side() {
+    let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
+    let with = |islands: usize, len: usize| {
+        let method = BodyMethod { islands, len, ..method(vec![layer.clone()], Weighing::Fixed { edge_loss: 1.0 }) };
+        BodyTracker::new(figure(&[0, 1, 8]), projection(), method, 5)
+    };
+    let (mut alone, mut three) = (with(1, 14).unwrap(), with(3, 40).unwrap());
+    for k in 0..6 {
+        let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND] };
+        alone.update(f64::from(k) / 30.0, &evidence).unwrap();
+        let estimate = three.update(f64::from(k) / 30.0, &evidence).unwrap();
+        assert!(estimate.log_evidence.is_some_and(f64::is_finite));
+        assert!(estimate.ess > 1.0 && estimate.ess <= 40.0);
+    }
+    let (first, all) = (alone.particles(), three.particles());
+    assert_eq!((first.len(), all.len()), (14, 40));
+    assert_eq!(first.rows(), all.rows()[..14 * first.dim()]);
+    let mut again = BodyTracker::restore(&three.save().unwrap()).unwrap();
+    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND] };
+    assert_eq!(three.update(1.0, &evidence).unwrap(), again.update(1.0, &evidence).unwrap());
+    assert!(matches!(with(0, 40), Err(Error::Parameter { name: "islands", .. })));
+    assert!(matches!(with(41, 40), Err(Error::Parameter { name: "islands", .. })));
 }
 
 #[test]

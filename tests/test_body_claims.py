@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy import stats
 
 import pytracker as pt
 from pytracker.body_methods import BodyMethod
@@ -35,6 +36,34 @@ def test_recordings_by_another_renderer(
     recording = load_body(shared(f"recordings/{name}"))
     assert average_m(recording, pt.BodyPlain(), range(1, 11)) <= plain_m
     assert average_m(recording, pt.Partitioned(), range(1, 11)) <= best_m
+
+
+def test_bands_in_depth_are_wide_where_the_depth_is_wrong(shared: Callable[[str], Path]) -> None:
+    """Rank correlation of a wrist's standard deviation in depth with its error there, each wrist and seed by itself."""
+    recording = load_body(shared("recordings/body-arm-circles"))
+    assert recording.truth is not None
+    found = []
+    for seed in range(1, 11):
+        track = pt.track(recording, pt.Partitioned(), seed)
+        for joint in ("left_wrist", "right_wrist"):
+            error = np.abs(track.joints[joint].mean - recording.truth.at(joint, track.time_s))[:, 2]
+            known = np.isfinite(error)
+            found.append(stats.spearmanr(error[known], track.joints[joint].sd[known, 2])[0])
+    assert np.mean(found) >= 0.4
+
+
+def test_islands_say_more_of_the_depth_than_one(clips: list[pt.BodyRecording]) -> None:
+    def correlation(method: BodyMethod) -> float:
+        found = []
+        for clip in clips:
+            track = pt.track(clip, method, 1)
+            assert clip.truth is not None
+            for joint in ("left_wrist", "right_wrist"):
+                error = np.abs(track.joints[joint].mean - clip.truth.at(joint, track.time_s))[:, 2]
+                found.append(stats.spearmanr(error, track.joints[joint].sd[:, 2])[0])
+        return float(np.mean(found))
+
+    assert correlation(pt.Partitioned()) > correlation(pt.Partitioned(islands=1)) + 0.05
 
 
 def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) -> None:

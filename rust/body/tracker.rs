@@ -8,15 +8,18 @@
 
 use super::cues::{FixedScale, Look, Rescaled, Scene};
 use super::edges::EdgeImage;
-use super::figure::{Figure, Group, KEY_JOINTS};
+use super::figure::{Figure, Group};
+use super::island::{Island, Posterior, Sight, most_given};
 use super::motion::{Anew, Walk};
-use super::skin::{Assignment, Blobs};
+use super::skin::Blobs;
 use crate::error::require;
-use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling};
+use crate::filter::{Likelihood, Recorder, Resampling};
 use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
+use crate::rng::branch;
 use crate::skeleton::Channel;
 use crate::{Error, Result};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// One layer: what it moves and what it looks at.
@@ -67,6 +70,8 @@ pub enum Weighing {
 pub struct BodyMethod {
     /// How many particles.
     pub len: usize,
+    /// Into how many shares they are divided that are filtered on their own.
+    pub islands: usize,
     /// Applied in order at every frame.
     pub layers: Vec<BodyLayer>,
     /// After each layer.
@@ -98,6 +103,12 @@ impl BodyMethod {
         let positive = |x: f64| x > 0.0 && x.is_finite();
         let zero_or_more = |x: f64| x >= 0.0 && x.is_finite();
         let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
+        require(
+            (1..=self.len.max(1)).contains(&self.islands),
+            "islands",
+            self.islands as f64,
+            "1 to the number of particles",
+        )?;
         require(zero_or_more(base), "base_density", base, "0 m/√s or more")?;
         require(zero_or_more(base_turn), "base_turn_density", base_turn, "0 rad/√s or more")?;
         require(zero_or_more(trunk), "trunk_density", trunk, "0 rad/√s or more")?;
@@ -126,7 +137,7 @@ impl BodyMethod {
         Ok(())
     }
 
-    fn walk(&self, figure: &Figure, layer: &BodyLayer, elapsed_s: f64) -> Walk {
+    pub(super) fn walk(&self, figure: &Figure, layer: &BodyLayer, elapsed_s: f64) -> Walk {
         let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
         let density = |(bone, channel): (usize, Channel), group: Group| match (bone, channel, group) {
             (_, Channel::Translation(_), _) => base,
@@ -144,7 +155,7 @@ impl BodyMethod {
         Walk { sd, anew, share: self.anew_share * layer.spread }
     }
 
-    fn weighing<'a>(&'a self, layer: &BodyLayer, scene: Scene<'a>) -> Box<dyn Likelihood + 'a> {
+    pub(super) fn weighing<'a>(&'a self, layer: &BodyLayer, scene: Scene<'a>) -> Box<dyn Likelihood + 'a> {
         let Self { blob_sd_m, blob_reach, limits, penetration, .. } = *self;
         let look = Look { groups: layer.groups.clone(), blob_sd_m, blob_reach, limits, penetration };
         match self.weighing {
@@ -194,8 +205,7 @@ pub struct BodyTracker {
     figure: Figure,
     projection: Projection,
     method: BodyMethod,
-    filter: LayeredFilter,
-    assignment: Assignment,
+    islands: Vec<Island>,
     last_frame_s: Option<f64>,
     lost_at_s: Option<f64>,
 }
@@ -207,16 +217,11 @@ impl BodyTracker {
     /// [`Error::Parameter`], [`Error::Size`].
     pub fn new(figure: Figure, projection: Projection, method: BodyMethod, seed: u64) -> Result<Self> {
         method.check()?;
-        let start = figure.model.start();
-        let mut particles = ParticleSet::new(method.len, start.len())?;
-        particles.for_each_block(|_, mut block| {
-            for (d, value) in start.iter().enumerate() {
-                block.column_mut(d).fill(*value);
-            }
-        });
-        let filter = LayeredFilter::new(particles, method.resampling, seed);
-        let assignment = Assignment::new(method.gate_m);
-        Ok(Self { figure, projection, method, filter, assignment, last_frame_s: None, lost_at_s: None })
+        let (count, len) = (method.islands, method.len);
+        let share = |k: usize| len / count + usize::from(k < len % count);
+        let islands = (0..count).map(|k| Island::new(&figure, &method, share(k), branch(seed, k as u64)));
+        let islands = islands.collect::<Result<_>>()?;
+        Ok(Self { figure, projection, method, islands, last_frame_s: None, lost_at_s: None })
     }
 
     /// The figure.
@@ -224,9 +229,9 @@ impl BodyTracker {
         &self.figure
     }
 
-    /// The particles as they stand.
-    pub fn particles(&self) -> &ParticleSet {
-        self.filter.particles()
+    /// The particles as they stand, of all islands.
+    pub fn particles(&self) -> ParticleSet {
+        ParticleSet::together(&self.islands.iter().map(Island::particles).collect::<Vec<_>>())
     }
 
     /// Take a frame. The first moves nothing: the figure's pose is the pose there.
@@ -238,7 +243,7 @@ impl BodyTracker {
         self.update_recorded(time_s, evidence, None)
     }
 
-    /// The same, showing `recorder` every layer.
+    /// The same, showing `recorder` every layer, island by island.
     ///
     /// # Errors
     /// As [`BodyTracker::update`].
@@ -258,26 +263,18 @@ impl BodyTracker {
             return Err(Error::Late { what: "frame", time_s, latest_s });
         }
         let elapsed_s = self.last_frame_s.map_or(0.0, |last| time_s - last);
-        let blobs = self.assign(&evidence.blobs);
-        let scene = Scene { figure: &self.figure, projection: &self.projection, edges: &evidence.edges, blobs };
-        let walks: Vec<Walk> =
-            self.method.layers.iter().map(|layer| self.method.walk(&self.figure, layer, elapsed_s)).collect();
-        let weighings: Vec<Box<dyn Likelihood + '_>> =
-            self.method.layers.iter().map(|layer| self.method.weighing(layer, scene)).collect();
-        let layers: Vec<Layer<'_>> = walks
-            .iter()
-            .zip(&weighings)
-            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing.as_ref()] })
-            .collect();
-        let figure = &self.figure;
-        let estimate = self.filter.cycle(time_s, &layers, recorder, |particles, log_evidence| {
-            let joints = figure.key_joints(particles);
-            let (state, joints) = (particles.summary(particles.dim()), joints.summary(joints.dim()));
-            BodyEstimate { time_s, state, joints, blobs, ess: particles.ess(), log_evidence }
-        });
+        let Self { figure, projection, method, islands, .. } = self;
+        let sight = Sight { figure, projection, method, evidence, time_s, elapsed_s };
         // Until it is known that all went well: a filter that failed half-way must not be used again.
         self.lost_at_s = Some(time_s);
-        let estimate = estimate?;
+        let posteriors: Vec<Posterior> = if let Some(recorder) = recorder {
+            islands.iter_mut().map(|island| island.update(&sight, Some(&mut *recorder))).collect::<Result<_>>()?
+        } else if islands.len() == 1 {
+            vec![islands[0].update(&sight, None)?]
+        } else {
+            islands.par_iter_mut().map(|island| island.update(&sight, None)).collect::<Result<_>>()?
+        };
+        let estimate = self.look_at(time_s, &posteriors);
         let found = [&estimate.state.mean, &estimate.joints.mean];
         if !found.into_iter().chain([&estimate.joints.mode]).all(|v| v.iter().all(|x| x.is_finite())) {
             return Err(Error::RanAway { time_s });
@@ -287,24 +284,19 @@ impl BodyTracker {
         Ok(estimate)
     }
 
-    /// Blobs to wearers, by where the mean of the particles expects them.
-    fn assign(&mut self, candidates: &[[f64; 2]]) -> Blobs {
-        let (mean, _) = self.filter.particles().moments();
-        let mut one = ParticleSet::new(1, mean.len()).expect("one particle");
-        one.for_each_block(|_, mut block| {
-            for (d, value) in mean.iter().enumerate() {
-                block.column_mut(d)[0] = *value;
-            }
-        });
-        let mut points = vec![0.0; self.figure.model.len() * 3];
-        let block = one.blocks().next().expect("one block");
-        self.figure.model.points(block, 0, 1, &mut points);
-        let see = |p: usize| self.projection.see([points[3 * p], points[3 * p + 1], points[3 * p + 2]]);
-        let expected = [0, 1, 2].map(|wearer| {
-            let [a, b] = [0, 1].map(|end| see(KEY_JOINTS.len() + 2 * wearer + end));
-            [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
-        });
-        self.assignment.assign(candidates, &expected, see(0).px_per_m)
+    /// All islands together.
+    fn look_at(&self, time_s: f64, posteriors: &[Posterior]) -> BodyEstimate {
+        let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
+        let together = ParticleSet::together(&sets);
+        let joints = self.figure.key_joints(&together);
+        BodyEstimate {
+            time_s,
+            state: together.summary(together.dim()),
+            joints: joints.summary(joints.dim()),
+            blobs: most_given(posteriors),
+            ess: together.ess(),
+            log_evidence: evidence(posteriors),
+        }
     }
 
     /// The whole tracker as bytes, for [`BodyTracker::restore`] by the same version.
@@ -322,4 +314,13 @@ impl BodyTracker {
     pub fn restore(bytes: &[u8]) -> Result<Self> {
         postcard::from_bytes(bytes).map_err(|e| Error::SavedState { reason: e.to_string() })
     }
+}
+
+/// Log evidence of all islands: the mean of theirs, each by its share of the particles.
+fn evidence(posteriors: &[Posterior]) -> Option<f64> {
+    let largest =
+        posteriors.iter().map(|p| p.log_evidence).collect::<Option<Vec<_>>>()?.into_iter().fold(f64::MIN, f64::max);
+    let share = |p: &Posterior| p.particles.len() as f64 * (p.log_evidence.unwrap_or(f64::MIN) - largest).exp();
+    let all: f64 = posteriors.iter().map(|p| p.particles.len() as f64).sum();
+    Some(largest + (posteriors.iter().map(share).sum::<f64>() / all).ln())
 }

@@ -94,6 +94,7 @@ struct WeakArgument {
 #[derive(FromPyObject)]
 struct MethodArgument {
     particles: usize,
+    islands: usize,
     layers: Vec<(Vec<String>, f64, f64)>,
     resampling: String,
     ess_threshold: f64,
@@ -135,6 +136,7 @@ fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
     };
     let method = BodyMethod {
         len: m.particles,
+        islands: m.islands,
         layers: m.layers.into_iter().map(layer).collect::<Result<_>>()?,
         resampling: Resampling::new(Scheme::from_name(&m.resampling)?, m.ess_threshold)?,
         diffusion: Diffusion {
