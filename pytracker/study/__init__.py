@@ -5,6 +5,7 @@
 | `plan.py` | what is to be run: `Study`, and its runs with their keys |
 | `file.py` | a study from a TOML file |
 | `execute.py` | one run: recording, track, scores, a row a joint |
+| `fingerprint.py` | what computes the numbers: another build runs everything again |
 | `schedule.py` | many runs: on threads, on Dask |
 | `store.py` | what is done, on disk; the table |
 | `study.py` | all of it |
