@@ -489,7 +489,7 @@ def _stop(number: int, frame: object) -> None:
     """Leave and clean up, runs in flight first; at a second signal at once."""
     del frame
     signal.signal(number, signal.SIG_DFL)
-    print("pytracker: stopping after what is in flight (again: at once)", file=sys.stderr)
+    print("pytracker: stopping (again: at once)", file=sys.stderr)
     sys.exit(128 + number)
 
 

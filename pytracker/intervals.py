@@ -51,22 +51,32 @@ def mean_interval(values: Sequence[float]) -> Interval:
 
 
 def paired_difference(first: Sequence[float], second: Sequence[float]) -> Interval:
-    """Mean of `first - second`, run by run: what the runs share (recording, noise) falls out. Raises `InputError`."""
+    """Mean of `first - second`, run by run: what the runs share (recording, noise) falls out.
+
+    Raises `InputError` where they differ in length, or as `mean_interval`.
+    """
+    _check_pairs(first, second)
     return mean_interval(np.subtract(first, second).tolist())
 
 
 def paired_ratio(first: Sequence[float], second: Sequence[float]) -> Interval:
     """Geometric mean of `first / second`, run by run: the fair way where errors run over orders of magnitude.
 
-    Raises `InputError`.
+    Raises `InputError` as `paired_difference`.
     """
+    _check_pairs(first, second)
     with np.errstate(divide="ignore", invalid="ignore"):
         logarithm = mean_interval(np.log(np.divide(first, second)).tolist())
     return Interval(math.exp(logarithm.value), math.exp(logarithm.low), math.exp(logarithm.high), logarithm.count)
 
 
+def _check_pairs(first: Sequence[float], second: Sequence[float]) -> None:
+    if len(first) != len(second):
+        raise InputError(f"there are {len(first)} and {len(second)} values, expected pairs")
+
+
 def student_975(freedom: int) -> float:
-    """97.5 % quantile of Student's t: tabled for few, else Hill's expansion (CACM 13, 1970, algorithm 396)."""
+    """97.5 % quantile of Student's t: tabled for few, else Abramowitz & Stegun 26.7.5."""
     if freedom <= len(FEW):
         return FEW[freedom - 1]
     z, n = 1.959963984540054, float(freedom)

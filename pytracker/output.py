@@ -1,7 +1,8 @@
-"""Output folders appear whole or not at all: written beside, then renamed."""
+"""Output files and folders appear whole or not at all: written beside, then renamed."""
 
 from __future__ import annotations
 
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -10,7 +11,10 @@ from pathlib import Path
 
 from pytracker._core import InputError
 
-__all__ = ["MADE_HERE", "check_target", "whole_folder"]
+__all__ = ["MADE_HERE", "PARTIAL", "check_target", "whole_folder", "write_whole"]
+
+PARTIAL = ".partial"
+"""How the name of a file ends that is not whole yet."""
 
 MADE_HERE = ".made-by-pytracker"
 """Stands in every folder that is written here; only such a folder is ever replaced."""
@@ -67,3 +71,10 @@ def whole_folder(target: Path, *, force: bool = False, is_recording: bool = Fals
     except BaseException:
         shutil.rmtree(beside, ignore_errors=True)
         raise
+
+
+def write_whole(path: Path, text: str) -> None:
+    """A text file that is under its name only when it is whole."""
+    partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
+    partial.write_text(text, "utf-8", newline="")
+    partial.replace(path)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-SIZES = [(1280, "light"), (390, "dark")]
+SIZES = [(1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")]
 """Width of the window, px, and the colour scheme."""
 
 

@@ -300,3 +300,14 @@ def test_a_run_leaves_motion_tables_and_a_page(body: pt.BodyRecording, tmp_path:
         assert f",{name}" in header
     again = pt.read_amc(out / "track.amc", body.skeleton)
     assert np.abs(again.poses - track.poses).max() < 1e-5
+
+
+def test_a_loss_on_islands_is_told_alike_by_any_number_of_threads(body: pt.BodyRecording) -> None:
+    """Islands fail for themselves; the first one's word is taken."""
+    wild = pt.Partitioned(joint_density=1e308, anew_share=0.0)
+    said = set()
+    for threads in (1, 2, 7, 2, 7):
+        with pytest.raises(pt.TrackingError) as error:
+            pt.track(body, wild, 1, threads=threads)
+        said.add(str(error.value))
+    assert len(said) == 1

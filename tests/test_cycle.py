@@ -57,6 +57,13 @@ def test_a_body_cycle_is_that_of_the_track(body: pt.BodyRecording, method: BodyM
     cycle = pt.record_cycle(body, method, 3, frame=25)
     for joint, rows in track.joints.items():
         assert (cycle.estimate_m[joint] == rows.mean[25]).all()
+        cloud = cycle.layers[-1].weighted
+        assert cloud.weights @ cloud.points_m[joint] == pytest.approx(rows.mean[25], abs=1e-12)
+    left = cycle.layers[-1].resampled
+    then = pt.record_cycle(body, method, 3, frame=26).layers[0].arriving
+    assert left is not None
+    assert left.weights == pytest.approx(then.weights, rel=1e-12)
+    assert all((left.points_m[joint] == then.points_m[joint]).all() for joint in track.joints)
     assert [layer.moved_by.startswith("diffusion of ") for layer in cycle.layers] == [True] * len(method.layers)
 
 

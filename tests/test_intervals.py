@@ -52,5 +52,7 @@ def test_what_has_no_interval() -> None:
     for values in ([], [1.0, float("nan")], [1.0, float("inf")]):
         with pytest.raises(pt.InputError, match="expected finite ones"):
             mean_interval(values)
+    with pytest.raises(pt.InputError, match="there are 3 and 1 values, expected pairs"):
+        paired_difference([1.0, 2.0, 3.0], [1.0])
     with pytest.raises(pt.InputError, match="expected finite ones"):
         paired_ratio([1.0, 2.0], [0.0, 1.0])

@@ -28,7 +28,7 @@ def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 @pytest.mark.parametrize(("width", "scheme"), SIZES)
-@pytest.mark.parametrize(("paper", "figures", "sections"), [("tao-hu", 8, 9), ("li-kulic", 8, 10)])
+@pytest.mark.parametrize(("paper", "figures", "sections"), [("tao-hu", 8, 11), ("li-kulic", 8, 11)])
 def test_pages_in_a_browser(
     browser: Browser, pages: dict[str, Path], paper: str, figures: int, sections: int, width: int, scheme: str
 ) -> None:
@@ -72,12 +72,12 @@ def test_the_page_says_what_the_table_says(browser: Browser, pages: dict[str, Pa
     assert {row["status"] for row in rows} == {"ok"}
     mean = 100 * np.mean([float(row["mean_x_m"]) for row in rows if row["method"] == "layered"])
     page = opened(browser, pages["tao-hu"], 1280, "light")
-    cells = page.locator("#table-i tbody tr", has_text="PF with constraint").first.locator("td").all_inner_texts()
+    cells = page.locator("#table-i tbody tr", has_text="PF with constraint").first.locator("th, td").all_inner_texts()
     assert cells[:2] == ["PF with constraint", "-0.68 / 2"]
     assert cells[2].startswith(f"{mean:.1f} ± ")
     page.close()
     page = opened(browser, pages["li-kulic"], 1280, "light")
-    cells = page.locator("#particles tbody tr").nth(3).locator("td").all_inner_texts()
+    cells = page.locator("#particles tbody tr").nth(3).locator("th, td").all_inner_texts()
     assert cells[:2] == ["300", "7"]
     assert cells[2].split(" ± ")[0] in page.locator(".summary").inner_text()
     page.close()
@@ -114,6 +114,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
 
 
 def test_words_of_numbers() -> None:
+    nan = float("nan")
     interval = pt.mean_interval([0.03, 0.04, 0.05])
     assert cm(interval) == "4.0 ± 2.5"
     assert share(interval) == "4 ± 2 %"
@@ -128,4 +129,7 @@ def test_words_of_numbers() -> None:
     assert difference.startswith("-1.1 ± ")
     assert (count, verdict) == ("3 of 3", "smaller")
     assert comparison([0.01, 0.03], [0.02, 0.02])[3] == "not told apart"
+    # A run that failed on one side is left out of both.
+    assert comparison([0.01, nan, 0.011, 0.5], [0.02, 0.022, 0.023, nan])[2] == "2 of 2"
+    assert comparison([nan], [0.1]) == ("–", "–", "0 of 1", "not told apart")
     assert (than("smaller"), than("not told apart")) == ("smaller than", "not told apart from")

@@ -123,6 +123,9 @@ def test_a_folder_with_other_content_is_another_recording(simulated: Path, tmp_p
     study = pt.Study(recordings=recordings, methods=(pt.Layered(particles=50),), seeds=(1,))
     assert asked(study, tmp_path / "out")[1] == 0
     assert asked(study, tmp_path / "out")[1] == 1
+    (folder / "result").mkdir()
+    (folder / "result" / "notes.txt").write_text("of no recording")
+    assert asked(study, tmp_path / "out")[1] == 1
     (folder / "recording.toml").write_text((folder / "recording.toml").read_text() + "# the same, said again\n")
     assert asked(study, tmp_path / "out")[1] == 0
 
@@ -141,9 +144,14 @@ def test_a_run_that_fails_is_recorded_and_stops_no_other(simulated_body: Path, t
     table, _ = asked(study, tmp_path / "out")
     assert (table.count("ok"), table.count("failed")) == (1, 5)
     assert "video.mp4" in str(table.where(recording="broken")[0]["error"])
-    assert "expected a folder with recording.toml" in str(table.where(recording="absent")[0]["error"])
+    assert table.where(recording="absent")[0]["error"] == (
+        "InputError: absent: is no folder, expected a folder with recording.toml"
+    )
     assert [row["status"] for row in table.where(recording="good")] == ["ok"] * 9 + ["failed"]
     assert "no_such" in str(table.where(recording="good", status="failed")[0]["error"])
+    # One value a run, so that runs of several methods are paired by their seeds.
+    assert np.isnan(table.values("average_m", recording="good", method=methods[1])).all()
+    assert len(table.values("average_m", method=methods[0])) == 3
     # What failed is tried again, what is done is not.
     shutil.copy(simulated_body / "video.mp4", broken / "video.mp4")
     table, known = asked(study, tmp_path / "out")
@@ -219,7 +227,7 @@ def test_stopped_by_a_signal_it_keeps_what_was_in_flight(tmp_path: Path) -> None
     process.send_signal(signal.SIGINT)
     said = process.communicate(timeout=60)[1]
     assert process.returncode == 130
-    assert "stopping after what is in flight" in said
+    assert "pytracker: stopping" in said
     assert "Traceback" not in said
     assert not list(tmp_path.glob("out/runs/*.partial"))
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imsave
 
 from pytracker.formats.video import Image
-from pytracker.intervals import Interval
+from pytracker.intervals import Interval, student_975
 from pytracker.report.drawing import COLOURS, STYLE, legend_above, svg
 from pytracker.rotation import Array
 
@@ -46,12 +46,17 @@ def curve(
 
 
 def errors_of_runs(time_s: Array, errors_m: Array) -> str:
-    """Error of every frame: mean of the runs, their range, in cm; errors `(runs, T)`."""
+    """Error of every frame: mean of the runs with its 95 % interval, and their range, in cm; errors `(runs, T)`."""
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.6, 2.9), layout="constrained")
         axes = figure.subplots()
         low, high = 100 * np.nanmin(errors_m, axis=0), 100 * np.nanmax(errors_m, axis=0)
-        axes.fill_between(time_s, low, high, color=COLOURS[0], alpha=0.2, lw=0, label=f"range of {len(errors_m)} runs")
+        axes.fill_between(time_s, low, high, color=COLOURS[0], alpha=0.15, lw=0, label=f"range of {len(errors_m)} runs")
+        if len(errors_m) > 1:
+            mean, sd = 100 * np.nanmean(errors_m, axis=0), 100 * np.nanstd(errors_m, axis=0, ddof=1)
+            half = student_975(len(errors_m) - 1) * sd / np.sqrt(len(errors_m))
+            axes.fill_between(time_s, mean - half, mean + half, color=COLOURS[0], alpha=0.4, lw=0,
+                              label="95 % interval of the mean")  # fmt: skip
         axes.plot(time_s, 100 * np.nanmean(errors_m, axis=0), color=COLOURS[0], lw=1.4, label="mean of the runs")
         axes.set_ylim(bottom=0)
         axes.set_xlabel("time (s)")

@@ -22,14 +22,13 @@ def error_of(table: StudyTable, method: BodyMethod) -> list[float]:
 
 
 def gains(table: StudyTable) -> tuple[str, str, str]:
-    """From 10 to 300 particles and from 300 to 3 000, cm, and the second's share of the first, where there is a first."""
+    """From 10 to 300 particles and from 300 to 3 000, cm, and the second's share of the first, where both are gains."""
     few, paper, many = (error_of(table, with_particles(n)) for n in (10, 300, 3000))
     first, second = paired_difference(few, paper), paired_difference(paper, many)
-    is_gain = first.low > 0
-    share = (
-        f": {plain_number(second.value / first.value)} of the first" if is_gain else ", neither told apart from none"
-    )
-    return cm(first), cm(second), share
+    both = first.low > 0 and second.low > 0
+    share = f": {plain_number(second.value / first.value)} of the first" if both else ""
+    none = " (not told apart from none)"
+    return cm(first) + ("" if first.low > 0 else none), cm(second) + ("" if second.low > 0 else none), share
 
 
 def particles(table: StudyTable) -> Section:
@@ -99,7 +98,8 @@ def cue_weights(table: StudyTable) -> Section:
         "Fig. 8: error against the weight of the edge cue",
         (
             "alpha weighs the edges, 2 - alpha the blobs of skin. In the paper's figure the error is smallest at 1; it prints "
-            "no numbers. Where the difference's interval holds 0, the two weights are not told apart here.",
+            "no numbers. Where the difference's interval holds 0, the two weights are not told apart here; each interval is for "
+            "itself, not corrected for their number.",
         ),
         (Table("Overall average error, cm", ["alpha", "error", "difference to alpha = 1, paired"], rows),),
         (

@@ -54,8 +54,8 @@ def projection(recording: BodyRecording, example: BodyTrack) -> Section:
             "camera and distance are others.",
         ),
         (
-            Table("Coefficients with 95 % bounds", ["", "paper", "ours"], rows),
-            Table("Goodness of fit", ["", "paper", "ours"], fits),
+            Table("Coefficients with 95 % bounds", ["coefficient", "paper", "ours"], rows),
+            Table("Goodness of fit", ["measure", "paper", "ours"], fits),
         ),
         (
             embedded(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["CLAIMED_WITHIN_CM", "FIG_5_CM", "RATE_HZ", "TABLE_II", "TABLE_I_CM", "TIME_PER_FRAME_S", "WORST_AT_80_CM"]
+__all__ = ["FIG_5_CM", "RATE_HZ", "TABLE_II", "TABLE_I_CM", "TIME_PER_FRAME_S", "WORST_AT_80_CM"]
 
 TABLE_I_CM = {
     "Inertial only": ((21.31, 37.70), (-12.41, 16.0), (6.74, 5.23)),
@@ -18,9 +18,6 @@ WORST_AT_80_CM = {
     "PF with constraint": ("5 (70 frames)", "5 (70 frames)", "5 (70 frames)"),
 }
 """Tao & Hu, IV-A on Fig. 7: how far the error goes within 80 frames (70 with the constraint), cm."""
-
-CLAIMED_WITHIN_CM = 5
-"""Tao & Hu, IV-C: errors were mainly in a range of ±5 cm."""
 
 TIME_PER_FRAME_S = 0.17
 """Tao & Hu, IV-A: 500 particles on a Pentium 4 at 2.8 GHz."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pytracker._core import InputError
-from pytracker.output import MADE_HERE
+from pytracker.output import MADE_HERE, write_whole
 from pytracker.reproduce import li_kulic, tao_hu
 from pytracker.study import run_study
 
@@ -63,7 +63,5 @@ def reproduce(
 
     make_page = tao_hu_page.make_page if paper == "tao-hu" else li_kulic_page.make_page
     page = out / "index.html"
-    partial = page.with_suffix(".partial")
-    partial.write_text(make_page(table, seeds, duration_s), "utf-8")
-    partial.replace(page)
+    write_whole(page, make_page(table, seeds, duration_s))
     return page

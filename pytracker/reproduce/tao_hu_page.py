@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 from pytracker.report.study_page import Section, render_study_page
-from pytracker.reproduce.tao_hu import PIXEL_SD
+from pytracker.reproduce.endings import endings
+from pytracker.reproduce.tao_hu import METHODS, PATTERNS, PIXEL_SD, VIDEO
 from pytracker.reproduce.tao_hu_pictures import clouds, from_video, over_time, within_80_frames
-from pytracker.reproduce.tao_hu_tables import CLAIMS, cloud_claims, ordering, patterns, rms, table_i, verdict
+from pytracker.reproduce.tao_hu_tables import (
+    CLAIMS,
+    cloud_claims,
+    ordering,
+    parameters,
+    patterns,
+    rms,
+    table_i,
+    verdict,
+)
 from pytracker.reproduce.words import averaged, cm, than
 from pytracker.study import StudyTable
 
@@ -28,6 +38,8 @@ def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
             clouds(duration_s),
             cloud_claims(table),
             from_video(table),
+            parameters(),
+            endings(table, METHODS, [*PATTERNS, VIDEO]),
         ],
         source=(
             "Y. Tao, H. Hu: A Novel Sensing and Data Fusion System for 3-D Arm Motion Tracking in Telerehabilitation, "
@@ -74,8 +86,8 @@ def _differences(duration_s: float) -> Section:
             "The paper gives no process noise for the inertial motion, no number of repetitions, no frame rate and no "
             "time of a turn; here 25 frames/s, an IMU of 100 Hz, a turn in 4 s, and the process noise of every method tuned "
             "on circles of other seeds. Accelerometer noise 0.03 m/s², bias 0.1 m/s², orientation error 1° RMS, patch seen "
-            f"with {PIXEL_SD:g} px noise, as eq. (11) has it. In the last section the patch is found by Camshift in rendered "
-            "video instead.",
+            f"with {PIXEL_SD:g} px noise, as eq. (11) has it. Under “From pixels” the patch is found by Camshift in "
+            "rendered video instead.",
             "The length residual of eq. (15) is taken in metres, not squared metres. “EKF, projected to the arm” is the "
             "authors' earlier method (III-E): the arm's length applied after the filter. “EKF with constraint” takes the "
             "length as a measurement, “PF, joint” weighs colour and length in one layer (5 000 particles, bias estimated): "

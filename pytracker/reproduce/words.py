@@ -20,6 +20,8 @@ def plain_number(value: float) -> str:
 
 def cm(interval: Interval) -> str:
     """Metres as `3.4 ± 0.5`, cm."""
+    if not interval.count:
+        return "–"
     value, half = 100 * interval.value, 100 * interval.half
     digits = 0 if abs(value) >= 100 else 2 if half < 0.1 else 1
     return f"{value:.{digits}f}" + ("" if math.isnan(half) else f" ± {half:.{digits}f}")
@@ -27,6 +29,8 @@ def cm(interval: Interval) -> str:
 
 def share(*intervals: Interval) -> str:
     """Shares as `83 ± 4 %`, several as `83 ± 4 · 92 ± 2 %`."""
+    if not all(interval.count for interval in intervals):
+        return "–"
     halves = ["" if math.isnan(interval.half) else f" ± {100 * interval.half:.0f}" for interval in intervals]
     return " · ".join(f"{100 * i.value:.0f}{half}" for i, half in zip(intervals, halves, strict=True)) + " %"
 
@@ -37,15 +41,18 @@ def times(interval: Interval) -> str:
     return f"{plain_number(interval.value)}{bounds}"
 
 
-def comparison(first: Sequence[float], second: Sequence[float], unit: str = "cm") -> tuple[str, str, str, str]:
-    """Two methods on the same seeds: ratio, difference, on how many the first is smaller, and the verdict.
+def comparison(first: Sequence[float], second: Sequence[float]) -> tuple[str, str, str, str]:
+    """Two methods on the same seeds: ratio, difference in hundredths (m: cm), where the first is smaller, the verdict.
 
     The verdict is the ratio's: errors of filters that drift run over orders of magnitude, where a difference is that
     of the worst run.
     """
+    pairs = [(a, b) for a, b in zip(first, second, strict=True) if math.isfinite(a) and math.isfinite(b)]
+    if not pairs:
+        return "–", "–", f"0 of {len(first)}", "not told apart"
+    first, second = zip(*pairs, strict=True)
     ratio = paired_ratio(first, second)
-    scale = 100 if unit == "cm" else 1
-    difference = paired_difference([scale * x for x in first], [scale * x for x in second])
+    difference = paired_difference([100 * x for x in first], [100 * x for x in second])
     half = "" if math.isnan(difference.half) else f" ± {plain_number(difference.half)}"
     smaller = sum(a < b for a, b in zip(first, second, strict=True))
     if ratio.high < 1:
@@ -63,5 +70,6 @@ def than(verdict: str) -> str:
 
 
 def averaged(values: Sequence[float]) -> Interval:
-    """The mean over those runs that have a value."""
-    return mean_interval([value for value in values if math.isfinite(value)])
+    """The mean over those runs that have a value; NaN where none has."""
+    known = [value for value in values if math.isfinite(value)]
+    return mean_interval(known) if known else Interval(math.nan, math.nan, math.nan, 0)

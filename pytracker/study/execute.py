@@ -37,7 +37,7 @@ COLUMNS = (
 
 Row = dict[str, str | float | int | None]
 
-OTHER_BUILD = "the worker has another build of pytracker, NumPy or OpenCV, expected the same everywhere"
+OTHER_BUILD = "the worker has another build of pytracker, NumPy, OpenCV or VQF, expected the same everywhere"
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def open_source(recording: StudyRecording, seed: int, scratch: Path | None = Non
     What is simulated lies below `scratch`, else in the system's folder for such, as long as the result is in use.
     """
     if recording.folder is not None:
-        return _loaded(recording.folder)
+        return _loaded(recording.folder, recording.name)
     scene = recording.scene
     assert scene is not None
     if isinstance(scene, ArmScene) and recording.pixel_sd is not None:
@@ -94,9 +94,6 @@ def open_source(recording: StudyRecording, seed: int, scratch: Path | None = Non
             source = _loaded(simulate_arm(folder, scene, seed), recording.name)
         else:
             source = _loaded(simulate_body(folder, scene, seed), recording.name)
-    except InputError as error:
-        shutil.rmtree(whole, ignore_errors=True)
-        raise InputError(str(error).replace(str(folder), recording.name)) from None
     except BaseException:
         shutil.rmtree(whole, ignore_errors=True)
         raise
@@ -104,10 +101,13 @@ def open_source(recording: StudyRecording, seed: int, scratch: Path | None = Non
     return source
 
 
-def _loaded(folder: Path, name: str = "") -> Source:
-    recording = load(folder)
-    sightings = sight(recording) if isinstance(recording, ArmRecording) else None
-    return Source(recording, sightings, folder, name or str(folder))
+def _loaded(folder: Path, name: str) -> Source:
+    try:
+        recording = load(folder)
+        sightings = sight(recording) if isinstance(recording, ArmRecording) else None
+    except InputError as error:
+        raise InputError(str(error).replace(str(folder), name)) from None
+    return Source(recording, sightings, folder, name)
 
 
 def execute(run: Run, source: Source) -> Result:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +21,9 @@ NO_NUMBERS = ("report", "reproduce", "cli.py", "__main__.py")
 
 @functools.cache
 def fingerprint() -> str:
-    """Of every file of the package that has a part in the numbers, of NumPy and of OpenCV."""
+    """Of every file of the package that has a part in the numbers, and of NumPy, OpenCV and VQF."""
     root = Path(__file__).parents[1]
-    found = hashlib.sha256(f"{__version__} {np.__version__} {OPENCV}".encode())
+    found = hashlib.sha256(f"{__version__} {np.__version__} {OPENCV} {version('vqf')}".encode())
     for path in sorted([*root.rglob("*.py"), *root.glob("_core*")]):
         name = path.relative_to(root)
         if name.parts[0] not in NO_NUMBERS and path.suffix in (".py", ".so", ".pyd", ".dylib"):

@@ -18,6 +18,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.digest import sha256_of
+from pytracker.load import load
 from pytracker.methods import Method
 from pytracker.simulate import ArmScene, BodyScene
 
@@ -79,16 +80,18 @@ class StudyRecording:
         return kind if kind in ("arm", "body") else ""
 
     def digest(self) -> str:
-        """Of every file that it is made of, a folder's or a scene's motion: another content is another run."""
-        if self.folder is not None:
-            files = {p.relative_to(self.folder).as_posix(): p for p in self.folder.rglob("*")}
-        else:
-            files = {n: Path(getattr(self.scene, n)) for n in ("skeleton", "motion") if getattr(self.scene, n, "")}
-        total = hashlib.sha256()
-        for name, path in sorted(files.items()):
-            if path.is_file():
-                total.update(f"{name}\0{sha256_of(path)}\n".encode())
-        return total.hexdigest()
+        """Of every file that it is made of, a folder's or a scene's motion: another content is another run.
+
+        Where they cannot be read the runs will say what is the matter, and are tried again.
+        """
+        try:
+            if self.folder is not None:
+                files = list(load(self.folder).files)
+            else:
+                files = [Path(getattr(self.scene, n)) for n in ("skeleton", "motion") if getattr(self.scene, n, "")]
+            return " ".join(sha256_of(path) for path in files)
+        except (InputError, OSError):
+            return f"unreadable: {self.folder or self.scene}"
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,8 @@ class Run:
     @property
     def source(self) -> tuple[StudyRecording, int, str]:
         """Which recording exactly (with the scene's seed, and the content): runs that share it need it made once."""
-        return self.recording, self.seed if self.recording.seed is None else self.recording.seed, self.digest
+        is_own = self.recording.scene is not None and self.recording.seed is None
+        return self.recording, self.seed if is_own else self.recording.seed or 0, self.digest
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -26,7 +26,10 @@ def on_threads(
 
     Each result is saved where it is made: whoever leaves early keeps the runs that were in flight.
     """
+    count = workers or os.cpu_count() or 1
     groups = _by_source(runs)
+    if len(groups) < count:  # fewer recordings than threads: each is opened by several
+        groups = [part for group in groups for k in range(count) if (part := group[k::count])]
     done: queue.SimpleQueue[tuple[Run, Result]] = queue.SimpleQueue()
     stop = Event()
 
@@ -43,7 +46,7 @@ def on_threads(
             save(run, result)
             done.put((run, result))
 
-    pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
+    pool = ThreadPoolExecutor(count)
     try:
         futures = [pool.submit(work, group) for group in groups]
         for _ in runs:
@@ -89,7 +92,11 @@ def on_dask(runs: Sequence[Run], address: str, save: Callable[[Run, Result], Non
         except TimeoutError:
             raise InputError(f"--scheduler {address}: has no worker for {CONNECT_S} s, expected one at least") from None
         ours = fingerprint()
-        for worker, theirs in client.run(fingerprint).items():
+        try:
+            builds = client.run(fingerprint)
+        except Exception as error:
+            raise InputError(f"--scheduler {address}: a worker cannot run pytracker: {error}") from None
+        for worker, theirs in builds.items():
             if theirs != ours:
                 raise InputError(f"{worker}: {OTHER_BUILD}")
         ordered = [run for group in _by_source(runs) for run in group]

@@ -6,6 +6,7 @@ import contextlib
 import csv
 import dataclasses
 import json
+import math
 import os
 import platform
 import shutil
@@ -20,13 +21,12 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.methods import Method
-from pytracker.output import MADE_HERE
+from pytracker.output import MADE_HERE, PARTIAL, write_whole
 from pytracker.study.execute import COLUMNS, Result, Row
 from pytracker.study.plan import Run
 
 __all__ = ["Store", "StudyTable", "make_table", "require_parquet"]
 
-PARTIAL = ".partial"
 SCRATCH = ".scratch-"
 STALE_S = 60.0
 """No file takes so long to write."""
@@ -48,7 +48,7 @@ class Store:
 
     def _sweep(self) -> None:
         """Remove what killed processes left: half-written files, simulated recordings."""
-        for left in self.runs.glob(f"*{PARTIAL}"):
+        for left in [*self.runs.glob(f"*{PARTIAL}"), *self.out.glob(f"*{PARTIAL}")]:
             with contextlib.suppress(OSError):
                 if time.time() - left.stat().st_mtime > STALE_S:
                     left.unlink()
@@ -68,13 +68,7 @@ class Store:
 
     def save(self, run: Run, result: Result) -> None:
         """Keep what became of a run: whole or not at all."""
-        self.write(self._path(run), json.dumps(dataclasses.asdict(result), allow_nan=False))
-
-    def write(self, path: Path, text: str) -> None:
-        """A file under its name only when it is whole."""
-        partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
-        partial.write_text(text, "utf-8", newline="")
-        partial.replace(path)
+        write_whole(self._path(run), json.dumps(dataclasses.asdict(result), allow_nan=False))
 
     def _path(self, run: Run) -> Path:
         return self.runs / f"{run.key}.json"
@@ -107,9 +101,19 @@ class StudyTable:
         return [row for row in self.rows if all(row[column] == value for column, value in values.items())]
 
     def values(self, column: str, **values: Any) -> list[float]:
-        """Numbers of a column in those rows, in order of the seeds; NaN where there is none."""
-        found = (row[column] for row in self.where(**values))
-        return [float(x) if isinstance(x, int | float) else float("nan") for x in found]
+        """Numbers of a column in those rows, one a run in the order of the seeds; NaN where a run has none.
+
+        Without `joint` those of all joints together.
+        """
+        joint = values.pop("joint", "all")
+        of_run: dict[tuple[Any, ...], float] = {}
+        names = self.columns[: self.columns.index("status")]
+        for row in self.where(**values):
+            key = tuple(row[name] for name in names)
+            value = row[column] if row["joint"] == joint else None
+            if isinstance(value, int | float) or key not in of_run:
+                of_run[key] = float(value) if isinstance(value, int | float) else math.nan
+        return list(of_run.values())
 
     def count(self, status: str) -> int:
         """How many runs ended so: `ok`, `lost` or `failed`."""
@@ -135,7 +139,9 @@ class StudyTable:
         import pyarrow as pa  # noqa: PLC0415
         import pyarrow.parquet as pq  # noqa: PLC0415
 
-        pq.write_table(pa.table({column: [row[column] for row in self.rows] for column in self.columns}), path)
+        partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
+        pq.write_table(pa.table({column: [row[column] for row in self.rows] for column in self.columns}), partial)
+        partial.replace(path)
 
 
 def require_parquet() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from pytracker._core import InputError, __version__
 from pytracker.formats.video import OPENCV
+from pytracker.output import write_whole
 from pytracker.study.fingerprint import fingerprint
 from pytracker.study.plan import Study, plain
 from pytracker.study.schedule import on_dask, on_threads
@@ -65,8 +66,8 @@ def run_study(
                 progress(len(results), total)
     table = make_table(runs, results)
     shutil.rmtree(store.scratch, ignore_errors=True)
-    store.write(out / "table.csv", table.csv())
-    store.write(out / "study.json", _about(study))
+    write_whole(out / "table.csv", table.csv())
+    write_whole(out / "study.json", _about(study))
     if parquet:
         table.write_parquet(out / "table.parquet")
     return table

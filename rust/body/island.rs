@@ -1,8 +1,9 @@
 //! A share of the particles that is filtered on its own.
 //!
 //! A pose with an arm that points at the camera has two depths. Resampling lets one of them die out by chance, and the cloud
-//! that is left is surer than it should be. Islands (Vergé et al., Statistics and Computing 25, 2015) do not resample into
-//! each other: where they disagree, the depth is not known, and the spread of all of them together says so.
+//! that is left is surer than it should be. Islands are independent filters of equal say (unlike those of Vergé et al.,
+//! Statistics and Computing 25, 2015, which are weighed against each other): where they disagree, the depth is not
+//! known, and the spread of all of them together says so.
 
 use super::cues::Scene;
 use super::figure::{Figure, KEY_JOINTS};

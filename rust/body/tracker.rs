@@ -272,7 +272,9 @@ impl BodyTracker {
         } else if islands.len() == 1 {
             vec![islands[0].update(&sight, None)?]
         } else {
-            islands.par_iter_mut().map(|island| island.update(&sight, None)).collect::<Result<_>>()?
+            let each: Vec<_> = islands.par_iter_mut().map(|island| island.update(&sight, None)).collect();
+            // Of several errors the first island's, for any number of threads.
+            each.into_iter().collect::<Result<_>>()?
         };
         let estimate = self.look_at(time_s, &posteriors);
         let found = [&estimate.state.mean, &estimate.joints.mean];
@@ -316,11 +318,12 @@ impl BodyTracker {
     }
 }
 
-/// Log evidence of all islands: the mean of theirs, each by its share of the particles.
+/// Log of the mean of the islands' evidence of this frame, each by its share of the particles. Of one frame only: what
+/// the frames before said of an island has not moved its share.
 fn evidence(posteriors: &[Posterior]) -> Option<f64> {
-    let largest =
-        posteriors.iter().map(|p| p.log_evidence).collect::<Option<Vec<_>>>()?.into_iter().fold(f64::MIN, f64::max);
-    let share = |p: &Posterior| p.particles.len() as f64 * (p.log_evidence.unwrap_or(f64::MIN) - largest).exp();
-    let all: f64 = posteriors.iter().map(|p| p.particles.len() as f64).sum();
-    Some(largest + (posteriors.iter().map(share).sum::<f64>() / all).ln())
+    let of_each = posteriors.iter().map(|p| Some((p.particles.len() as f64, p.log_evidence?)));
+    let of_each = of_each.collect::<Option<Vec<_>>>()?;
+    let largest = of_each.iter().map(|(_, log)| *log).fold(f64::MIN, f64::max);
+    let sum: f64 = of_each.iter().map(|(len, log)| len * (log - largest).exp()).sum();
+    Some(largest + (sum / of_each.iter().map(|(len, _)| len).sum::<f64>()).ln())
 }

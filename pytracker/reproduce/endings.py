@@ -1,0 +1,51 @@
+"""Runs that did not end well: what became of them, in words and in a table; and single runs for pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from pytracker._core import TrackingError
+from pytracker.evidence.sightings import Sightings
+from pytracker.joint_track import Track
+from pytracker.methods import Method
+from pytracker.recording import Recording
+from pytracker.report.study_page import Section, Table
+from pytracker.study import StudyTable
+from pytracker.track import track
+
+__all__ = ["endings", "tracked"]
+
+
+def endings(table: StudyTable, methods: Mapping[str, Method], recordings: list[str]) -> Section:
+    """How many runs of each method were lost before the end, or failed, recording by recording."""
+    rows = []
+    for name, method in methods.items():
+        cells = []
+        for recording in recordings:
+            found = table.where(recording=recording, method=method)
+            count = {status: len({r["seed"] for r in found if r["status"] == status}) for status in ("lost", "failed")}
+            words = [f"{count[status]} {status}" for status in count if count[status]]
+            cells.append(", ".join(words) or "–")
+        if any(cell != "–" for cell in cells):
+            rows.append([name, *cells])
+    if not rows:
+        return Section("endings", "How the runs ended", ("Every run kept its track to the end.",))
+    return Section(
+        "endings",
+        "How the runs ended",
+        (
+            "A lost track counts with its frames before the loss, in every table and comparison of this page: that favours "
+            "the method that was lost. A run that failed has no numbers, and is left out of both sides of a comparison.",
+        ),
+        (Table("Runs that did not keep the track to the end", ["method", *recordings], rows),),
+    )
+
+
+def tracked(
+    recording: Recording, method: Method, seed: int, sightings: Sightings | None = None
+) -> tuple[Track | None, str]:
+    """A single run for a picture, with the frames before a loss; and what was said of the loss."""
+    try:
+        return track(recording, method, seed, sightings=sightings), ""
+    except TrackingError as error:
+        return getattr(error, "track", None), str(error)
