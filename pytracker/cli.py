@@ -6,40 +6,28 @@ shows tracebacks.
 
 from __future__ import annotations
 
-import contextlib
 import io
 import json
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
-from rich.table import Table
 
 import pytracker as pt
-from pytracker.evaluate import Scores
 from pytracker.evidence.grid import write_frame
 from pytracker.methods import Method
 from pytracker.output import check_target, whole_folder
-from pytracker.registry import DEFAULTS, METHODS_OF, make_method, nearest
+from pytracker.registry import DEFAULTS, METHODS_OF, as_tuples, make_method, nearest
 from pytracker.report.index import render_index
-from pytracker.report.labels import labels
 from pytracker.report.tables import read_run, read_track
 from pytracker.reproduce import PAPERS as PAPER_NAMES
 from pytracker.reproduce import SEEDS
+from pytracker.terminal import frames_bar, print_comparison, runs_bar
 
 __all__ = ["app", "main"]
 
@@ -121,7 +109,7 @@ def demo(
     check_target(out, force=force)  # before the work, not after it
     arm_scene, body_scene = pt.ArmScene(duration_s=duration), pt.BodyScene(duration_s=body_duration)
     tracks = {}
-    with tempfile.TemporaryDirectory() as scratch, _progress(quiet) as progress:
+    with tempfile.TemporaryDirectory() as scratch, frames_bar(quiet) as progress:
         folder = keep or Path(scratch)
         folder.mkdir(parents=True, exist_ok=True)
         pt.simulate_arm(folder / "simulated-circle", arm_scene, seed, force=force, progress=progress)
@@ -133,7 +121,7 @@ def demo(
                 pt.write_report(tracks[kind], whole / kind, progress=progress)
             (whole / "index.html").write_text(render_index(tracks), "utf-8")
     for of_kind in tracks.values():
-        _print_comparison(of_kind, quiet)
+        print_comparison(of_kind, quiet)
     _say(f"report: {out / 'index.html'}", quiet)
 
 
@@ -154,7 +142,7 @@ def track(
     recording = pt.load(folder)
     chosen = _chosen(recording.kind, method, particles, settings or [])
     _warn(recording.warnings)
-    with _progress(quiet) as progress:
+    with frames_bar(quiet) as progress:
         try:
             result = pt.track(recording, chosen, seed, progress=progress)
         except pt.TrackingError as error:
@@ -167,7 +155,7 @@ def track(
         unseen = len(result.valid) - int(result.valid.sum())
         _warn((f"{folder}: {unseen} of {len(result.valid)} frames are not valid, see reason in track.csv",))
     if recording.truth is not None:
-        _print_comparison([result], quiet)
+        print_comparison([result], quiet)
     _say(f"wrote {out}", quiet)
 
 
@@ -186,11 +174,11 @@ def report(
     named = tuple(_chosen(recording.kind, name, None, []) for name in method or ())
     chosen = named or SHOWN[recording.kind]
     _warn(recording.warnings)
-    with _progress(quiet) as progress:
+    with frames_bar(quiet) as progress:
         tracks = _track_all(recording, chosen, seed, progress)
         pt.write_report(tracks, out, force=force, progress=progress)
     if recording.truth is not None:
-        _print_comparison(tracks, quiet)
+        print_comparison(tracks, quiet)
     _say(f"report: {out / 'index.html'}", quiet)
 
 
@@ -233,7 +221,7 @@ def inspect(
     else:
         chosen = _chosen(recording.kind, method or PAPERS[recording.kind], particles, settings or [])
     _warn(recording.warnings)
-    with _progress(quiet) as progress:
+    with frames_bar(quiet) as progress:
         cycle = pt.record_cycle(recording, chosen, seed, frame=number, progress=progress)
     # Matplotlib takes a third of a second to import: only who draws pays for it.
     from pytracker.report.cycle_figures import one_cycle  # noqa: PLC0415
@@ -252,7 +240,7 @@ def study(
     quiet: Quiet = False,
 ) -> None:
     """Run recordings x methods x seeds and write one table; what is done already is not done again."""
-    with _runs_progress(quiet) as progress:
+    with runs_bar(quiet) as progress:
         table = pt.run_study(
             pt.read_study(file), out, scheduler=scheduler, workers=workers, parquet=parquet, progress=progress
         )
@@ -273,7 +261,7 @@ def reproduce(
     quiet: Quiet = False,
 ) -> None:
     """Run a paper's tables and figures again and write a page with our figures beside the printed ones."""
-    with _runs_progress(quiet) as progress:
+    with runs_bar(quiet) as progress:
         page = pt.reproduce(paper, out, seeds=seeds, workers=workers, progress=progress)
     _say(f"page: {page}", quiet)
 
@@ -302,7 +290,7 @@ def simulate_arm(
 ) -> None:
     """A subject at a table: video, IMU, truth. `--set pattern=rectangle`, `--set "occlusions=[[3, 4]]"` and so on."""
     scene = _scene(pt.ArmScene, settings or [])
-    with _progress(quiet) as progress:
+    with frames_bar(quiet) as progress:
         pt.simulate_arm(out, scene, seed, force=force, progress=progress)
     _say(f"wrote {out}", quiet)
 
@@ -317,7 +305,7 @@ def simulate_body(
 ) -> None:
     """A person before a wall: video, background, truth. `--set skeleton=a.asf --set motion=a.amc` and so on."""
     scene = _scene(pt.BodyScene, settings or [])
-    with _progress(quiet) as progress:
+    with frames_bar(quiet) as progress:
         pt.simulate_body(out, scene, seed, force=force, progress=progress)
     _say(f"wrote {out}", quiet)
 
@@ -367,14 +355,10 @@ def _parse(settings: list[str]) -> dict[str, Any]:
         if not equals:
             raise pt.InputError(f"--set {setting!r}, expected KEY=VALUE")
         try:
-            values[key] = _tuples(json.loads(text))
+            values[key] = as_tuples(json.loads(text))
         except json.JSONDecodeError:
             values[key] = text
     return values
-
-
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value
 
 
 def _track_all(
@@ -391,88 +375,6 @@ def _track_all(
                 raise
             tracks.append(error.track)
     return tracks
-
-
-def _print_comparison(tracks: Sequence[pt.Track], quiet: bool) -> None:
-    """What the papers print: Table I of Tao & Hu, or the average errors of Li & Kulić, in cm."""
-    if quiet:
-        return
-    make = _arm_table if tracks[0].recording.kind == "arm" else _body_table
-    Console(width=None if sys.stdout.isatty() else 140).print(make(tracks))
-
-
-def _arm_table(tracks: Sequence[pt.Track]) -> Table:
-    table = Table(title="wrist error, cm (mean / sd per axis, as Tao & Hu Table I)", title_justify="left")
-    table.add_column("method")
-    for name in ("x", "y", "z", "3-D RMS", "worst", "±5 cm", "band holds truth"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for name, result in zip(labels(tracks), tracks, strict=True):
-        scores: Scores = pt.evaluate(result, result.recording.truth)
-        s = scores.joints["wrist"]
-        axes = [f"{100 * m:.1f} / {100 * d:.1f}" for m, d in zip(s.mean_m, s.sd_m, strict=True)]
-        lost = f" (lost after {s.frames} frames)" if result.lost else ""
-        held = " ".join(f"{100 * c:.0f}" for c in s.coverage) + " %"
-        table.add_row(
-            name + lost, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", held
-        )
-    return table
-
-
-def _body_table(tracks: Sequence[pt.Track]) -> Table:
-    table = Table(title="average error of the joints, cm (as Li & Kulić V-B)", title_justify="left")
-    table.add_column("method")
-    for name in ("all ± sd", *(joint.replace("_", " ") for joint in pt.KEY_JOINTS)):
-        table.add_column(name, justify="right")
-    for name, result in zip(labels(tracks), tracks, strict=True):
-        scores = pt.evaluate(result, result.recording.truth)
-        each = [f"{100 * scores.joints[joint].average_m:.1f}" for joint in pt.KEY_JOINTS]
-        lost = " (lost)" if result.lost else ""
-        table.add_row(name + lost, f"{100 * scores.average_m:.1f} ± {100 * scores.average_sd_m:.1f}", *each)
-    return table
-
-
-@contextlib.contextmanager
-def _progress(quiet: bool) -> Iterator[Callable[[str, int], None] | None]:
-    """Stage and frames done, on the error stream; off where that is no terminal."""
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield None
-        return
-    columns = (
-        TextColumn("{task.description:<18}"),
-        BarColumn(),
-        TextColumn("{task.completed:.0f} frames"),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=console, transient=True) as bar:
-        tasks: dict[str, Any] = {}
-
-        def advance(stage: str, done: int) -> None:
-            if stage not in tasks:
-                tasks[stage] = bar.add_task(stage, total=None)
-            bar.update(tasks[stage], completed=done)
-
-        yield advance
-
-
-@contextlib.contextmanager
-def _runs_progress(quiet: bool) -> Iterator[Callable[[int, int], None] | None]:
-    """Runs done and time left, on the error stream; off where that is no terminal."""
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield None
-        return
-    columns = (
-        TextColumn("runs"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, transient=True, speed_estimate_period=300) as bar:
-        task = bar.add_task("runs", total=None)
-        yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _warn(warnings: tuple[str, ...]) -> None:

@@ -11,7 +11,7 @@ from pytracker._core import InputError
 from pytracker.body_methods import BODY_METHODS
 from pytracker.methods import METHODS, Method
 
-__all__ = ["DEFAULTS", "METHODS_OF", "make_method", "method_of_class", "nearest"]
+__all__ = ["DEFAULTS", "METHODS_OF", "as_tuples", "make_method", "method_of_class", "nearest"]
 
 METHODS_OF: dict[str, Mapping[str, type[Method]]] = {"arm": METHODS, "body": BODY_METHODS}
 """By kind of recording, then by name."""
@@ -47,9 +47,9 @@ def _made(cls: type[Method], values: Mapping[str, Any]) -> Method:
     for key in values:
         if key not in known:
             raise InputError(f"{key}: {cls.__name__} has no such parameter, {nearest(key, known)}")
-    return cls(**{key: _tuples(value) for key, value in values.items()})
+    return cls(**{key: as_tuples(value) for key, value in values.items()})
 
 
-def _tuples(value: Any) -> Any:
-    """JSON and TOML know lists only."""
-    return tuple(_tuples(v) for v in value) if isinstance(value, list | tuple) else value
+def as_tuples(value: Any) -> Any:
+    """Lists within lists as tuples: JSON and TOML know nothing else."""
+    return tuple(as_tuples(v) for v in value) if isinstance(value, list | tuple) else value

@@ -31,7 +31,7 @@ from pydantic import Field
 
 from pytracker._core import InputError
 from pytracker.methods import Method
-from pytracker.registry import METHODS_OF, make_method, nearest
+from pytracker.registry import METHODS_OF, as_tuples, make_method, nearest
 from pytracker.simulate import ArmScene, BodyScene
 from pytracker.study.plan import Study, StudyRecording
 from pytracker.toml_file import Entry, Finite, Whole, read_toml, validated
@@ -111,7 +111,7 @@ def _recording(folder: Path, number: int, entry: RecordingEntry) -> StudyRecordi
     for key in entry.scene:
         if key not in known:
             raise InputError(f"{place}.scene.{key} is not a known key, {nearest(key, known)}")
-    values = {key: _tuples(value) for key, value in entry.scene.items()}
+    values = {key: as_tuples(value) for key, value in entry.scene.items()}
     for key in {"skeleton", "motion"} & values.keys():
         if isinstance(values[key], str):  # else the scene says so
             values[key] = str((folder / values[key]).resolve())
@@ -138,7 +138,3 @@ def _methods(number: int, entry: MethodEntry, kinds: set[str]) -> list[Method]:
         return [make_method(kind, entry.name, {**entry.set, **values}) for kind in of_kinds for values in combinations]
     except InputError as error:
         raise InputError(f"method[{number}]: {error}") from None
-
-
-def _tuples(value: Any) -> Any:
-    return tuple(_tuples(v) for v in value) if isinstance(value, list) else value

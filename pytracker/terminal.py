@@ -1,0 +1,107 @@
+"""What the command line shows: progress while it works, tables of scores when it is done."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+
+import pytracker as pt
+from pytracker.evaluate import Scores
+from pytracker.report.labels import labels
+
+__all__ = ["frames_bar", "print_comparison", "runs_bar"]
+
+
+@contextlib.contextmanager
+def frames_bar(quiet: bool) -> Iterator[Callable[[str, int], None] | None]:
+    """Stage and frames done, on the error stream; off where that is no terminal."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield None
+        return
+    columns = (
+        TextColumn("{task.description:<18}"),
+        BarColumn(),
+        TextColumn("{task.completed:.0f} frames"),
+        TimeElapsedColumn(),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        tasks: dict[str, Any] = {}
+
+        def advance(stage: str, done: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bar.add_task(stage, total=None)
+            bar.update(tasks[stage], completed=done)
+
+        yield advance
+
+
+@contextlib.contextmanager
+def runs_bar(quiet: bool) -> Iterator[Callable[[int, int], None] | None]:
+    """Runs done and time left, on the error stream; off where that is no terminal."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield None
+        return
+    columns = (
+        TextColumn("runs"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, transient=True, speed_estimate_period=300) as bar:
+        task = bar.add_task("runs", total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def print_comparison(tracks: Sequence[pt.Track], quiet: bool) -> None:
+    """What the papers print: Table I of Tao & Hu, or the average errors of Li & Kulić, in cm."""
+    if quiet:
+        return
+    make = _arm_table if tracks[0].recording.kind == "arm" else _body_table
+    Console(width=None if sys.stdout.isatty() else 140).print(make(tracks))
+
+
+def _arm_table(tracks: Sequence[pt.Track]) -> Table:
+    table = Table(title="wrist error, cm (mean / sd per axis, as Tao & Hu Table I)", title_justify="left")
+    table.add_column("method")
+    for name in ("x", "y", "z", "3-D RMS", "worst", "±5 cm", "band holds truth"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for name, result in zip(labels(tracks), tracks, strict=True):
+        scores: Scores = pt.evaluate(result, result.recording.truth)
+        s = scores.joints["wrist"]
+        axes = [f"{100 * m:.1f} / {100 * d:.1f}" for m, d in zip(s.mean_m, s.sd_m, strict=True)]
+        lost = f" (lost after {s.frames} frames)" if result.lost else ""
+        held = " ".join(f"{100 * c:.0f}" for c in s.coverage) + " %"
+        table.add_row(
+            name + lost, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", held
+        )
+    return table
+
+
+def _body_table(tracks: Sequence[pt.Track]) -> Table:
+    table = Table(title="average error of the joints, cm (as Li & Kulić V-B)", title_justify="left")
+    table.add_column("method")
+    for name in ("all ± sd", *(joint.replace("_", " ") for joint in pt.KEY_JOINTS)):
+        table.add_column(name, justify="right")
+    for name, result in zip(labels(tracks), tracks, strict=True):
+        scores = pt.evaluate(result, result.recording.truth)
+        each = [f"{100 * scores.joints[joint].average_m:.1f}" for joint in pt.KEY_JOINTS]
+        lost = " (lost)" if result.lost else ""
+        table.add_row(name + lost, f"{100 * scores.average_m:.1f} ± {100 * scores.average_sd_m:.1f}", *each)
+    return table
