@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from pytracker._core import TrackingError
 from pytracker.evidence.sightings import Sightings
@@ -16,14 +16,15 @@ from pytracker.track import track
 __all__ = ["endings", "tracked"]
 
 
-def endings(table: StudyTable, methods: Mapping[str, Method], recordings: list[str]) -> Section:
-    """How many runs of each method were lost before the end, or failed, recording by recording."""
+def endings(table: StudyTable, methods: Mapping[str, Method], recordings: Mapping[str, Sequence[str]]) -> Section:
+    """How many runs of each method were lost before the end, or failed; `recordings` by what they are shown as."""
     rows = []
     for name, method in methods.items():
         cells = []
-        for recording in recordings:
-            found = table.where(recording=recording, method=method)
-            count = {status: len({r["seed"] for r in found if r["status"] == status}) for status in ("lost", "failed")}
+        for names in recordings.values():
+            found = [row for row in table.where(method=method) if row["recording"] in names]
+            runs = {(row["recording"], row["seed"], row["status"]) for row in found}
+            count = {status: sum(run[2] == status for run in runs) for status in ("lost", "failed")}
             words = [f"{count[status]} {status}" for status in count if count[status]]
             cells.append(", ".join(words) or "–")
         if any(cell != "–" for cell in cells):

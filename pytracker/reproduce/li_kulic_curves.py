@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from pytracker._core import KEY_JOINTS
 from pytracker.body_methods import BodyMethod
 from pytracker.intervals import paired_difference
@@ -9,16 +11,24 @@ from pytracker.report.page import embedded
 from pytracker.report.study_figures import curve, joint_intervals
 from pytracker.report.study_page import Section, Table
 from pytracker.reproduce import printed
-from pytracker.reproduce.li_kulic import ALPHAS, COUNTS, PAPER, RECORDING, SHIPPED, with_alpha, with_particles
+from pytracker.reproduce.li_kulic import ALPHAS, COUNTS, PAPER, RUNS, SHIPPED, with_alpha, with_particles
 from pytracker.reproduce.words import averaged, cm, comparison, plain_number
 from pytracker.study import StudyTable
 
-__all__ = ["cue_weights", "error_of", "gains", "joints", "particles", "shipped"]
+__all__ = ["cue_weights", "error_of", "gains", "joints", "of_recordings", "particles", "shipped"]
 
 
 def error_of(table: StudyTable, method: BodyMethod) -> list[float]:
     """Overall average error of every recording, m."""
-    return table.values("average_m", recording=RECORDING, method=method, joint="all")
+    return of_recordings(table, "average_m", method)
+
+
+def of_recordings(table: StudyTable, column: str, method: BodyMethod, joint: str = "all") -> list[float]:
+    """A column of every recording: the mean of its runs that have one; NaN where none has."""
+    runs = np.array(table.values(column, method=method, joint=joint)).reshape(-1, RUNS)
+    known = np.isfinite(runs)
+    with np.errstate(invalid="ignore"):
+        return [float(x) for x in np.where(known, runs, 0.0).sum(axis=1) / known.sum(axis=1)]
 
 
 def gains(table: StudyTable) -> tuple[str, str, str]:
@@ -28,7 +38,8 @@ def gains(table: StudyTable) -> tuple[str, str, str]:
     both = first.low > 0 and second.low > 0
     share = f": {plain_number(second.value / first.value)} of the first" if both else ""
     none = " (not told apart from none)"
-    return cm(first) + ("" if first.low > 0 else none), cm(second) + ("" if second.low > 0 else none), share
+    words = [f"{cm(gain)} cm" + ("" if gain.low > 0 else none) for gain in (first, second)]
+    return words[0], words[1], share
 
 
 def particles(table: StudyTable) -> Section:
@@ -43,7 +54,7 @@ def particles(table: StudyTable) -> Section:
         "particles",
         "Fig. 5: error against the number of particles",
         (
-            f"Gain from 10 to 300 particles: {first} cm; from 300 to 3 000: {second} cm{share} (paired: the same recordings and "
+            f"Gain from 10 to 300 particles: {first}; from 300 to 3 000: {second}{share} (paired: the same recordings and "
             "seeds). The paper: 11 cm and 0.1 cm on its one recording.",
         ),
         (Table("Overall average error, cm", ["particles", "paper", "ours"], rows),),
@@ -60,7 +71,7 @@ def particles(table: StudyTable) -> Section:
 def joints(table: StudyTable) -> Section:
     """Fig. 7."""
     of = {
-        column: [averaged(table.values(column, recording=RECORDING, method=PAPER, joint=joint)) for joint in KEY_JOINTS]
+        column: [averaged(of_recordings(table, column, PAPER, joint)) for joint in KEY_JOINTS]
         for column in ("average_m", "average_sd_m")
     }
     rows = [

@@ -12,8 +12,8 @@ from pytracker.recording import BodyRecording
 from pytracker.report.study_page import Section, render_study_page
 from pytracker.reproduce import printed
 from pytracker.reproduce.endings import endings, tracked
-from pytracker.reproduce.li_kulic import ALPHAS, METHODS, PAPER, RECORDING, with_alpha
-from pytracker.reproduce.li_kulic_curves import cue_weights, error_of, gains, joints, particles, shipped
+from pytracker.reproduce.li_kulic import ALPHAS, METHODS, PAPER, RUNS, with_alpha
+from pytracker.reproduce.li_kulic_curves import cue_weights, error_of, gains, joints, of_recordings, particles, shipped
 from pytracker.reproduce.li_kulic_pictures import evidence, frames_shown, over_frames, projection, rate
 from pytracker.reproduce.words import averaged, cm
 from pytracker.simulate import BodyScene, simulate_body
@@ -29,7 +29,7 @@ RUNS_OF_FIG_6 = 10
 def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
     """The page as text."""
     with tempfile.TemporaryDirectory() as scratch:
-        recording = load(simulate_body(Path(scratch) / RECORDING, BodyScene(duration_s=duration_s), seed=1))
+        recording = load(simulate_body(Path(scratch) / "person", BodyScene(duration_s=duration_s), seed=1))
         assert isinstance(recording, BodyRecording)
         began = time.perf_counter()
         tracks = [track(recording, PAPER, 1)]
@@ -38,7 +38,7 @@ def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
         tracks += [found for found in others if isinstance(found, BodyTrack)]
         return render_study_page(
             title="Li & Kulić (2010), run again",
-            lead=f"{seeds} simulated recordings · ± is the 95 % interval of a mean over them (Student's t)",
+            lead=f"{seeds} simulated recordings, each tracked {RUNS} times · ± is the 95 % interval of a mean over them (Student's t)",
             summary=_summary(table, len(tracks[0].time_s) / took_s),
             sections=[
                 _differences(duration_s),
@@ -51,7 +51,7 @@ def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
                 shipped(table),
                 frames_shown(tracks[0]),
                 rate(tracks[0], took_s),
-                endings(table, METHODS, [RECORDING]),
+                endings(table, METHODS, {"all recordings": [f"person {k + 1}" for k in range(seeds)]}),
             ],
             source=(
                 "Z. Li, D. Kulić: Particle Filter Based Human Motion Tracking, International Conference on Control, "
@@ -62,7 +62,7 @@ def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
 
 def _summary(table: StudyTable, rate_hz: float) -> str:
     first, second, share = gains(table)
-    spread = averaged(table.values("average_sd_m", recording=RECORDING, method=PAPER))
+    spread = averaged(of_recordings(table, "average_sd_m", PAPER))
     best = min(ALPHAS, key=lambda alpha: averaged(error_of(table, with_alpha(alpha))).value)
     against = paired_difference(error_of(table, with_alpha(best)), error_of(table, with_alpha(1.0)))
     alpha = (
@@ -72,8 +72,8 @@ def _summary(table: StudyTable, rate_hz: float) -> str:
     )
     return (
         f"With 300 particles the eight joints are {cm(averaged(error_of(table, PAPER)))} cm off on average (paper: "
-        f"{printed.FIG_5_CM[300]:g} cm; standard deviation {cm(spread)} cm, paper {printed.FIG_5_SD_CM:g} cm). The gain from 10 to 300 particles is {first} cm (paper: "
-        f"{printed.FIG_5_CM[10] - printed.FIG_5_CM[300]:g}), that from 300 to 3 000 {second} cm (paper: "
+        f"{printed.FIG_5_CM[300]:g} cm; standard deviation {cm(spread)} cm, paper {printed.FIG_5_SD_CM:g} cm). The gain from 10 to 300 particles is {first} (paper: "
+        f"{printed.FIG_5_CM[10] - printed.FIG_5_CM[300]:g}), that from 300 to 3 000 {second} (paper: "
         f"{printed.FIG_5_CM[300] - printed.FIG_5_CM[3000]:.1f}){share}. {alpha} A frame takes {1000 / rate_hz:.1f} ms, {rate_hz:.0f} frames a second against the paper's "
         f"{printed.RATE_HZ}."
     )
@@ -85,7 +85,7 @@ def _differences(duration_s: float) -> Section:
         "What differs from the paper in kind",
         (
             "The paper tracked one recording of the CMU database, “little tea pot”, with Vicon's motion as the truth, ten "
-            f"times. Here every run has a recording of its own: {duration_s:g} s, 320x240 at 30 frames/s, a person who moves "
+            f"times. Here there are many recordings, each tracked {RUNS} times: {duration_s:g} s, 320x240 at 30 frames/s, a person who moves "
             "both arms from pose to pose, "
             "in one of six sets of clothes, before a textured wall, with image noise; the skeleton is the package's average "
             "one, and the truth is known exactly. So the intervals are over motions and clothes, not only over the filter's "

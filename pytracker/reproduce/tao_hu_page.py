@@ -39,7 +39,7 @@ def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
             cloud_claims(table),
             from_video(table),
             parameters(),
-            endings(table, METHODS, [*PATTERNS, VIDEO]),
+            endings(table, METHODS, {name: [name] for name in (*PATTERNS, VIDEO)}),
         ],
         source=(
             "Y. Tao, H. Hu: A Novel Sensing and Data Fusion System for 3-D Arm Motion Tracking in Telerehabilitation, "
