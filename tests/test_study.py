@@ -190,6 +190,14 @@ def test_where_takes_a_method_with_all_its_parameters(simulated_body: Path, tmp_
     assert len(table.where(method="plain", joint="all")) == 4
 
 
+@pytest.mark.parametrize("left", [[], [".made-by-pytracker"], [".made-by-pytracker", "runs/"]])
+def test_a_study_killed_at_once_is_gone_on_with(tmp_path: Path, left: list[str]) -> None:
+    for name in ["", *left]:
+        path = tmp_path / "out" / name
+        path.mkdir() if not name or name.endswith("/") else path.touch()
+    assert pt.run_study(small(), tmp_path / "out").count("ok") == 6
+
+
 def test_what_killed_processes_left_is_swept(tmp_path: Path) -> None:
     out = tmp_path / "out"
     pt.run_study(small(), out)

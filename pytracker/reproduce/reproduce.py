@@ -26,7 +26,8 @@ def _folder(out: Path, paper: str) -> Path:
     mark = out / MADE_HERE
     if out.exists() and not (out.is_dir() and (not any(out.iterdir()) or mark.is_file())):
         raise InputError(f"{out}: already exists and is no reproduction, expected a new folder or one to go on with")
-    if mark.is_file() and mark.read_text("utf-8") != paper:
+    # Killed between making the mark and writing it, it is empty.
+    if mark.is_file() and mark.read_text("utf-8") not in ("", paper):
         raise InputError(f"{out}: holds something else than {paper}, expected a new folder or one to go on with")
     out.mkdir(parents=True, exist_ok=True)
     mark.write_text(paper, "utf-8")

@@ -38,11 +38,14 @@ class Store:
     def __init__(self, out: Path) -> None:
         self.out = out
         self.runs = out / "runs"
-        is_study = self.runs.is_dir() and (out / MADE_HERE).is_file()
+        mark = out / MADE_HERE
+        # A study that was killed at once has the mark and nothing else.
+        is_study = mark.is_file() and (self.runs.is_dir() or list(out.iterdir()) == [mark])
         if out.exists() and not is_study and not (out.is_dir() and not any(out.iterdir())):
             raise InputError(f"{out}: already exists and is no study, expected a new folder or one of a study")
-        self.runs.mkdir(parents=True, exist_ok=True)
-        (out / MADE_HERE).touch()
+        out.mkdir(parents=True, exist_ok=True)
+        mark.touch()
+        self.runs.mkdir(exist_ok=True)
         self.scratch = out / f"{SCRATCH}{platform.node()}-{os.getpid()}"
         self._sweep()
 
