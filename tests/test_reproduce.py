@@ -13,6 +13,7 @@ from test_cli import run
 
 import pytracker as pt
 from pytracker.reproduce import PAPERS, printed
+from pytracker.reproduce.endings import endings, tracked
 from pytracker.reproduce.words import cm, comparison, plain_number, share, than, times
 
 if TYPE_CHECKING:
@@ -111,6 +112,24 @@ def test_what_is_refused(tmp_path: Path) -> None:
     failed = run("reproduce", "hu-tao", "--out", tmp_path / "x")
     assert failed.returncode == 2
     assert "expected one of: tao-hu, li-kulic" in failed.stderr
+
+
+def test_pages_tell_of_runs_that_did_not_end_well(tmp_path: Path) -> None:
+    # A bias that drives the particles through the camera.
+    scene = pt.ArmScene(duration_s=2.0, acc_bias=30.0)
+    recording = pt.StudyRecording(name="circle", scene=scene, pixel_sd=4.0)
+    method = pt.Plain(particles=10)
+    table = pt.run_study(pt.Study(recordings=(recording,), methods=(method,), seeds=(1, 3, 4)), tmp_path / "out")
+    said = endings(table, {"PF": method}, {"circle": ["circle"]})
+    assert said.tables[0].rows == [["PF", "2 lost"]]
+    assert "favours the method that was lost" in said.words[0]
+    kept = endings(table, {"EKF": pt.Ekf()}, {"circle": ["circle"]})
+    assert kept.words == ("Every run kept its track to the end.",)
+    simulation = pt.ArmSimulation(scene, 3)
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
+    found, words = tracked(simulation.recording(), method, 3, sightings)
+    assert found is not None
+    assert words.startswith("frame 10: all 10 particle weights are zero")
 
 
 def test_words_of_numbers() -> None:
