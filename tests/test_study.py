@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import platform
+import re
 import shutil
 import signal
 import subprocess
@@ -414,3 +415,13 @@ def test_a_study_file_is_what_it_says(tmp_path: Path) -> None:
 def test_faults_of_a_study(make: Callable[[], object], message: str) -> None:
     with pytest.raises(pt.InputError, match=message):
         make()
+
+
+def test_the_readmes_study_is_one(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[1] / "README.md").read_text("utf-8")
+    (block,) = [b for b in re.findall(r"```toml\n(.*?)```", text, re.DOTALL) if "[[method]]" in b]
+    (tmp_path / "study.toml").write_text(block, "utf-8")
+    study = pt.read_study(tmp_path / "study.toml")
+    assert [recording.name for recording in study.recordings] == ["trial03", "circle"]
+    assert [getattr(method, "particles", 0) for method in study.methods] == [100, 500, 2000]
+    assert len(study.seeds) == 10
