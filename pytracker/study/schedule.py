@@ -75,7 +75,7 @@ def on_dask(runs: Sequence[Run], address: str, save: Callable[[Run, Result], Non
     answers, or a worker has another build of this package, whose results would not be the same.
     """
     try:
-        from distributed import Client, as_completed  # noqa: PLC0415
+        from distributed import Client, as_completed  # noqa: PLC0415 - an extra
     except ImportError:
         raise InputError(
             "a Dask cluster needs dask.distributed, expected pytracker[distributed] to be installed"

@@ -139,8 +139,8 @@ class StudyTable:
     def write_parquet(self, path: Path) -> None:
         """As Parquet. Raises `InputError` without the `parquet` extra."""
         require_parquet()
-        import pyarrow as pa  # noqa: PLC0415
-        import pyarrow.parquet as pq  # noqa: PLC0415
+        import pyarrow as pa  # noqa: PLC0415 - an extra
+        import pyarrow.parquet as pq  # noqa: PLC0415 - an extra
 
         partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
         pq.write_table(pa.table({column: [row[column] for row in self.rows] for column in self.columns}), partial)
@@ -150,7 +150,7 @@ class StudyTable:
 def require_parquet() -> None:
     """Raises `InputError` without the `parquet` extra: before the work, not after it."""
     try:
-        import pyarrow.parquet  # noqa: F401, PLC0415
+        import pyarrow.parquet  # noqa: F401, PLC0415 - an extra
     except ImportError:
         raise InputError("Parquet needs pyarrow, expected pytracker[parquet] to be installed") from None
 
