@@ -41,6 +41,11 @@ class BodyMethod(Method):
             found again; 0 is the paper.
         limits: whether limits of joints count, softly.
         penetration: whether elbows and hands inside the torso count against a pose (paper IV-C1).
+        unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
+            it moves joints along the viewing direction, which one camera does not see, so that it widens their bands
+            in depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
+        unseen_lean_sd_rad: of the trunk's lean towards the camera; 0 where `free` lets it bend.
+        unseen_turn_sd_rad: of its turn about its long axis; likewise.
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """
 
@@ -59,6 +64,9 @@ class BodyMethod(Method):
     anew_share: float = 0.0
     limits: bool = True
     penetration: bool = False
+    unseen_distance_sd_m: float = 0.0
+    unseen_lean_sd_rad: float = 0.0
+    unseen_turn_sd_rad: float = 0.0
     free: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "body"
@@ -93,6 +101,9 @@ class _Fixed(BodyMethod):
         edge_loss: log-likelihood lost by a part whose outline misses every edge.
     """
 
+    unseen_distance_sd_m: float = 0.05
+    unseen_lean_sd_rad: float = 0.17
+    unseen_turn_sd_rad: float = 0.17
     edge_loss: float = 3.0
 
 

@@ -12,6 +12,7 @@
 //! | [`skin`] | the distance cue: blobs given to head and hands |
 //! | [`cues`] | IV-C2: weights; and the same cues on a fixed scale |
 //! | `island` | a share of the particles that is filtered on its own |
+//! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
 //! | [`tracker`] | IV-C: the online tracker, lists of layers |
 
 pub mod cues;
@@ -23,6 +24,8 @@ pub mod model;
 pub mod motion;
 pub mod skin;
 pub mod tracker;
+pub mod unseen;
 
 pub use figure::{Figure, Group, KEY_JOINTS, Part};
 pub use tracker::{BodyEstimate, BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Weighing};
+pub use unseen::Unseen;

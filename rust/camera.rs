@@ -104,6 +104,11 @@ impl Camera {
         squared_distances_linear(&m, &s, [px, py, pz], pixel, out);
     }
 
+    /// Where the camera is, world, m.
+    pub fn centre(&self) -> Vector3<f64> {
+        -(self.rotation.transpose() * self.translation)
+    }
+
     /// Depth of a world point along the viewing direction, m.
     pub fn depth(&self, world: Vector3<f64>) -> f64 {
         self.rotation.row(2).transpose().dot(&world) + self.translation.z

@@ -62,6 +62,17 @@ impl Projection {
             }
         }
     }
+
+    /// Unit vector from the camera to a world point, m: the direction in which moving it does not move its pixel.
+    pub fn viewing_direction(&self, world: Vector3<f64>) -> Vector3<f64> {
+        match self {
+            // Image axes are right and down, so that right x down is away.
+            Self::Weak([a, b]) => Vector3::new(a[0], a[1], a[2]).cross(&Vector3::new(b[0], b[1], b[2])),
+            Self::Pinhole(camera) => world - camera.centre(),
+        }
+        .try_normalize(1e-9)
+        .unwrap_or(Vector3::z())
+    }
 }
 
 fn length(row: &[f64; 4]) -> f64 {
@@ -79,6 +90,10 @@ mod tests {
         let seen = weak.see([0.5, 1.0, 7.0]);
         assert_eq!((seen.u, seen.v), (212.0, 140.0));
         assert!((seen.px_per_m - 100.0).abs() < 0.02);
+        let towards = Vector3::new(0.3, 1.2, 0.4);
+        let moved = towards + weak.viewing_direction(towards);
+        assert_eq!(weak.see(towards.into()), weak.see(moved.into()));
+        assert!(weak.viewing_direction(towards).z < -0.99, "y is up, so that the camera looks along -z");
         assert!(Projection::weak([[0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]).is_err());
         assert!(Projection::weak([[f64::NAN, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]).is_err());
     }
@@ -92,5 +107,6 @@ mod tests {
         assert_eq!(beside.u - at.u, 125.0);
         assert_eq!(at.px_per_m, 125.0);
         assert!(pinhole.see([0.0, 0.0, -1.0]).u.is_nan());
+        assert_eq!(pinhole.viewing_direction(Vector3::new(0.0, 0.0, 4.0)), Vector3::z());
     }
 }

@@ -132,6 +132,7 @@ fn method(layers: Vec<BodyLayer>, weighing: Weighing) -> BodyMethod {
     BodyMethod {
         len: 400,
         islands: 1,
+        unseen: Unseen { distance_m: 0.0, lean: 0.0, turn: 0.0 },
         layers,
         resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
         diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },

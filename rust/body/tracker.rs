@@ -12,6 +12,7 @@ use super::figure::{Figure, Group};
 use super::island::{Island, Posterior, Sight, most_given};
 use super::motion::{Anew, Walk};
 use super::skin::Blobs;
+use super::unseen::Unseen;
 use crate::error::require;
 use crate::filter::{Likelihood, Recorder, Resampling};
 use crate::particles::{ParticleSet, Summary};
@@ -19,6 +20,7 @@ use crate::projection::Projection;
 use crate::rng::branch;
 use crate::skeleton::Channel;
 use crate::{Error, Result};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -92,6 +94,8 @@ pub struct BodyMethod {
     pub limits: bool,
     /// Whether hands in the torso count.
     pub penetration: bool,
+    /// What the estimate adds to the joints' depth.
+    pub unseen: Unseen,
 }
 
 impl BodyMethod {
@@ -127,6 +131,7 @@ impl BodyMethod {
         require(positive(self.blob_sd_m), "blob_sd_m", self.blob_sd_m, "a positive length in metres")?;
         require(positive(self.blob_reach), "blob_reach", self.blob_reach, "a positive number")?;
         require(positive(self.gate_m), "gate_m", self.gate_m, "a positive length in metres")?;
+        self.unseen.check()?;
         if self.layers.is_empty() {
             return Err(Error::Size { name: "layers", got: 0, unit: "layers", expected: 1 });
         }
@@ -206,6 +211,7 @@ pub struct BodyTracker {
     projection: Projection,
     method: BodyMethod,
     islands: Vec<Island>,
+    first_frame_s: Option<f64>,
     last_frame_s: Option<f64>,
     lost_at_s: Option<f64>,
 }
@@ -221,7 +227,7 @@ impl BodyTracker {
         let share = |k: usize| len / count + usize::from(k < len % count);
         let islands = (0..count).map(|k| Island::new(&figure, &method, share(k), branch(seed, k as u64)));
         let islands = islands.collect::<Result<_>>()?;
-        Ok(Self { figure, projection, method, islands, last_frame_s: None, lost_at_s: None })
+        Ok(Self { figure, projection, method, islands, first_frame_s: None, last_frame_s: None, lost_at_s: None })
     }
 
     /// The figure.
@@ -282,6 +288,7 @@ impl BodyTracker {
             return Err(Error::RanAway { time_s });
         }
         self.lost_at_s = None;
+        self.first_frame_s.get_or_insert(time_s);
         self.last_frame_s = Some(time_s);
         Ok(estimate)
     }
@@ -291,6 +298,9 @@ impl BodyTracker {
         let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
         let together = ParticleSet::together(&sets);
         let joints = self.figure.key_joints(&together);
+        let root = Vector3::from_column_slice(&joints.moments().0.as_slice()[..3]);
+        let since_s = self.first_frame_s.map_or(0.0, |first| time_s - first);
+        let joints = self.method.unseen.added(joints, &self.projection, root, since_s);
         BodyEstimate {
             time_s,
             state: together.summary(together.dim()),

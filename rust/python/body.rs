@@ -3,7 +3,9 @@
 use super::record::{LayerRecord, records};
 use super::rows;
 use crate::body::edges::EdgeImage;
-use crate::body::{self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Weighing};
+use crate::body::{
+    self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Unseen, Weighing,
+};
 use crate::camera::Camera;
 use crate::filter::{History, Resampling};
 use crate::particles::{ParticleSet, Summary};
@@ -108,6 +110,9 @@ struct MethodArgument {
     anew_share: f64,
     limits: bool,
     penetration: bool,
+    unseen_distance_sd_m: f64,
+    unseen_lean_sd_rad: f64,
+    unseen_turn_sd_rad: f64,
 }
 
 /// What weighs, told apart by what it has.
@@ -152,6 +157,7 @@ fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         gate_m: m.gate_m,
         limits: m.limits,
         penetration: m.penetration,
+        unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
     };
     method.check()?;
     Ok(method)
