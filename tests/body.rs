@@ -4,7 +4,9 @@ use nalgebra::{Matrix3, Vector3};
 use pytracker::Error;
 use pytracker::body::cues::{FixedScale, Look, Rescaled, Scene};
 use pytracker::body::edges::EdgeImage;
-use pytracker::body::{BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Figure, Group, Part, Weighing};
+use pytracker::body::{
+    BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Figure, Group, Part, Unseen, Weighing,
+};
 use pytracker::filter::{Likelihood, Resampling};
 use pytracker::particles::ParticleSet;
 use pytracker::projection::Projection;

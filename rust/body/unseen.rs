@@ -47,7 +47,7 @@ impl Unseen {
         require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")
     }
 
-    /// Key joints, `(N, 8 * 3)` m, `since_s` after the first frame, spread by what is not seen: every particle [`SIGNS`]
+    /// Key joints, `(N, 8 * 3)` m, `since_s` after the first frame, spread by what is not seen: every particle four
     /// times. `root` is where the body is.
     pub fn added(&self, joints: ParticleSet, projection: &Projection, root: Vector3<f64>, since_s: f64) -> ParticleSet {
         let grown = (-(-2.0 * since_s / MEMORY_S).exp_m1()).sqrt();
