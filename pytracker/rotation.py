@@ -18,6 +18,7 @@ __all__ = [
     "euler_to_quaternion",
     "matrix_to_quaternion",
     "multiply",
+    "quaternion_to_rotation_vector",
     "rotate",
     "rotation_vector_to_quaternion",
     "triple",
@@ -51,6 +52,14 @@ def rotation_vector_to_quaternion(v: Array) -> Array:
     """The turn about `v` by its length in radians, `(..., 3)` to `(..., 4)`."""
     half = 0.5 * np.linalg.norm(v, axis=-1, keepdims=True)
     return np.concatenate([np.cos(half), 0.5 * v * np.sinc(half / np.pi)], axis=-1)
+
+
+def quaternion_to_rotation_vector(q: Array) -> Array:
+    """The shorter turn of unit quaternions, its length in radians, `(..., 4)` to `(..., 3)`."""
+    sine = np.linalg.norm(q[..., 1:], axis=-1, keepdims=True)
+    angle = 2 * np.arctan2(sine, np.abs(q[..., :1]))
+    towards = np.where(q[..., :1] < 0, -1.0, 1.0) * q[..., 1:]
+    return np.asarray(towards * angle / np.maximum(sine, np.finfo(float).tiny))
 
 
 def euler_to_quaternion(roll: Array, pitch: Array, yaw: Array) -> Array:

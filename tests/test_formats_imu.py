@@ -13,7 +13,13 @@ from hypothesis import strategies as st
 import pytracker as pt
 from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_log import ImuLog, check
-from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion, rotate
+from pytracker.rotation import (
+    conjugate,
+    euler_to_quaternion,
+    matrix_to_quaternion,
+    rotate,
+    rotation_vector_to_quaternion,
+)
 
 HEADER = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
 
@@ -112,6 +118,42 @@ def test_inverted_orientation_is_recognised(tmp_path: Path) -> None:
     table = [[0.01 * k, *acc[k], 0, 0, 0, *q[k]] for k in range(50)]
     with pytest.raises(pt.InputError, match="the inverse fits, so these seem to take the world to the sensor"):
         load(write(tmp_path / "imu.csv", table))
+
+
+def waving(seconds: float = 4.0) -> list[list[float]]:
+    """A sensor whose forearm turns about its long axis to and fro, with gravity."""
+    time_s = np.arange(0.0, seconds, 0.01)
+    angle, rate = np.sin(3.0 * time_s), 3.0 * np.cos(3.0 * time_s)
+    q = rotation_vector_to_quaternion(np.stack([0 * angle, angle, 0 * angle], axis=1))
+    acc = rotate(conjugate(q), np.array([0.0, 0.0, 9.81])) + np.random.default_rng(0).normal(0, 0.05, (len(q), 3))
+    return [list(row) for row in np.column_stack([time_s, acc, 0 * rate, rate, 0 * rate, q]).tolist()]
+
+
+@pytest.mark.parametrize(
+    ("change", "hint"),
+    [
+        (lambda t: t.__setitem__((slice(None), slice(4, 7)), np.rad2deg(t[:, 4:7])), "look like degrees per second"),
+        (lambda t: t.__setitem__((slice(None), slice(4, 7)), t[:, [5, 4, 6]]), "their axes differ"),
+        (lambda t: t.__setitem__((slice(None), slice(4, 7)), -t[:, 4:7]), "their axes differ"),
+        (lambda t: t.__setitem__((slice(None), slice(4, 7)), 0.01), "the gyroscope stands still"),
+        (lambda t: t.__setitem__((slice(None), slice(7, 11)), [1.0, 0, 0, 0]), "the orientation stands still"),
+    ],
+)
+def test_gyroscope_and_orientation_must_agree(tmp_path: Path, change: Callable[[np.ndarray], None], hint: str) -> None:
+    table = np.array(waving())
+    assert load(write(tmp_path / "good.csv", table.tolist())).warnings == ()
+    change(table)
+    with pytest.raises(pt.InputError, match=rf"imu\.csv:\d+: the gyroscope turns at .* expected them to agree.*{hint}"):
+        load(write(tmp_path / "imu.csv", table.tolist()))
+
+
+def test_a_sensor_that_hangs_is_warned_of(tmp_path: Path) -> None:
+    table = waving()
+    for k in range(100, 250):
+        table[k][1:] = table[100][1:]
+    (warning,) = load(write(tmp_path / "imu.csv", table)).warnings
+    assert "imu.csv:102: the acceleration stays at" in warning
+    assert "for 1.490 s, expected some noise" in warning
 
 
 def test_missing_empty_and_binary_files(tmp_path: Path) -> None:

@@ -26,6 +26,14 @@ def test_rotation_vector_product_and_turning(a: np.ndarray, b: np.ndarray, v: np
 
 
 @given(vectors)
+def test_rotation_vector_round_trip(a: np.ndarray) -> None:
+    found = r.quaternion_to_rotation_vector(r.rotation_vector_to_quaternion(a))
+    assert np.allclose(Rotation.from_rotvec(found).as_matrix(), Rotation.from_rotvec(a).as_matrix(), atol=1e-10)
+    assert np.all(np.linalg.norm(found, axis=1) <= np.pi + 1e-9)
+    assert np.array_equal(r.quaternion_to_rotation_vector(np.array([[1.0, 0, 0, 0], [-1.0, 0, 0, 0]])), np.zeros((2, 3)))
+
+
+@given(vectors)
 def test_matrix_round_trip(a: np.ndarray) -> None:
     m = Rotation.from_rotvec(a).as_matrix()
     assert np.allclose(scipy_of(r.matrix_to_quaternion(m)).as_matrix(), m, atol=1e-10)

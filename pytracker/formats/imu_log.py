@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.rotation import rotate
+from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector, rotate
 
 __all__ = ["ImuLog", "check"]
 
@@ -21,6 +21,12 @@ NORM_TOLERANCE = 0.02
 RATE_TOLERANCE = 0.05
 GAP_INTERVALS = 1.5
 SLOWEST_S = 0.2
+TURN_S = 0.1
+"""Turns of gyroscope and orientation are compared over so long: noise of the orientation is small beside them, s."""
+TURNING = 0.5
+"""What counts as turning, rad/s."""
+ENOUGH_S = 1.0
+"""Less turning than this says nothing; an accelerometer that repeats itself for longer stands still, s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +61,7 @@ def check(log: ImuLog) -> ImuLog:
 
     Raises `InputError` for missing acceleration, times that do not increase, a rate that contradicts them,
     values that are no numbers, quaternions that are not of unit length, acceleration that is in g or shows no
-    gravity, and orientation that contradicts gravity.
+    gravity, and orientation that contradicts gravity or the gyroscope.
     """
     if log.acc is None:
         raise InputError(f"{log.path}: has no acceleration, expected columns acc_x, acc_y, acc_z (Acc_X, Acc_Y, Acc_Z)")
@@ -64,6 +70,7 @@ def check(log: ImuLog) -> ImuLog:
     _check_numbers(log)
     warnings = [*log.warnings, *_check_times(log)]
     _check_gravity(log)
+    warnings += _repeats(log)
     if log.q_world_sensor is None:
         return dataclasses.replace(log, warnings=tuple(warnings))
     norm = np.linalg.norm(log.q_world_sensor, axis=1)
@@ -75,6 +82,7 @@ def check(log: ImuLog) -> ImuLog:
         )
     log = dataclasses.replace(log, q_world_sensor=log.q_world_sensor / norm[:, None], warnings=tuple(warnings))
     _check_orientation(log)
+    _check_turns(log)
     return log
 
 
@@ -151,3 +159,57 @@ def _check_orientation(log: ImuLog) -> None:
         f"{log.path}: turned by the orientation, the mean acceleration is "
         f"({mean[0]:.2f}, {mean[1]:.2f}, {mean[2]:.2f}) m/s², expected about (0, 0, 9.81): {hint}"
     )
+
+
+def _check_turns(log: ImuLog) -> None:
+    """What the gyroscope measures is what the orientation does: a unit, an axis, a sensor that stands still."""
+    if log.gyr is None:
+        return
+    assert log.q_world_sensor is not None
+    stride = max(1, round(TURN_S / float(np.median(np.diff(log.time_s)))))
+    at = np.arange(0, len(log.time_s), stride)
+    lasted = np.diff(log.time_s[at])
+    q = log.q_world_sensor[at]
+    by_orientation = quaternion_to_rotation_vector(multiply(conjugate(q[:-1]), q[1:])) / lasted[:, None]
+    steps = 0.5 * (log.gyr[1:] + log.gyr[:-1]) * np.diff(log.time_s)[:, None]
+    angle = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])[at]
+    by_gyroscope = np.diff(angle, axis=0) / lasted[:, None]
+    rates = np.stack([np.linalg.norm(by_gyroscope, axis=1), np.linalg.norm(by_orientation, axis=1)])
+    turning = np.flatnonzero(rates.max(axis=0) > TURNING)
+    if lasted[turning].sum() < ENOUGH_S:
+        return
+    # 1 where they are the same, 0 where one stands still or turns about another axis.
+    agreement = np.sum(by_gyroscope * by_orientation, axis=1)[turning] / rates.max(axis=0)[turning] ** 2
+    if np.median(agreement) >= 0.5:
+        return
+    usual = np.median(rates[:, turning], axis=1)
+    ratio = usual[1] / max(usual[0], np.finfo(float).tiny)
+    hint = "their axes differ"
+    if 1 / 80 < ratio < 1 / 40:
+        hint = "these look like degrees per second"
+    elif ratio < 0.2:
+        hint = "the orientation stands still"
+    elif ratio > 5:
+        hint = "the gyroscope stands still"
+    worst = turning[agreement < 0.5][0]
+    raise InputError(
+        f"{log.path}:{log.lines[at[worst]]}: the gyroscope turns at {rates[0, worst]:.3g} rad/s and the orientation at "
+        f"{rates[1, worst]:.3g} rad/s, expected them to agree; over the recording {usual[0]:.3g} and {usual[1]:.3g} "
+        f"rad/s: {hint}"
+    )
+
+
+def _repeats(log: ImuLog) -> list[str]:
+    """Warns of an accelerometer that says the same for long: noise never does, a sensor that hangs does."""
+    assert log.acc is not None
+    changes = np.flatnonzero(np.any(np.diff(log.acc, axis=0) != 0, axis=1)) + 1
+    edges = np.concatenate([[0], changes, [len(log.acc)]])
+    starts, ends = edges[:-1], edges[1:] - 1
+    lasted = log.time_s[ends] - log.time_s[starts]
+    longest = int(np.argmax(lasted))
+    if lasted[longest] <= ENOUGH_S:
+        return []
+    return [
+        f"{log.path}:{log.lines[starts[longest]]}: the acceleration stays at {log.acc[starts[longest]].tolist()} m/s² "
+        f"for {lasted[longest]:.3f} s, expected some noise: did the sensor hang?"
+    ]
