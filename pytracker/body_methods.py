@@ -44,7 +44,7 @@ class BodyMethod(Method):
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
             it moves joints along the viewing direction, which one camera does not see, so that it widens their bands
             in depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
-        unseen_lean_sd_rad: of the trunk's lean towards the camera; 0 where `free` lets it bend.
+        unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
         unseen_turn_sd_rad: of its turn about its long axis; likewise.
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """

@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,21 @@ def test_without_a_subcommand_it_helps() -> None:
     for command in ("demo", "simulate", "frame", "track", "evaluate", "report"):
         assert command in shown.stdout + shown.stderr
     assert run("--version").stdout.startswith("pytracker 0.")
+
+
+def test_help_lists_every_parameter_with_its_default_and_what_it_is() -> None:
+    for command, classes in (
+        (("track",), (pt.Ekf, pt.Joint, pt.BodyPlain, pt.Partitioned)),
+        (("simulate", "arm"), (pt.ArmScene,)),
+        (("simulate", "body"), (pt.BodyScene,)),
+    ):
+        shown = run(*command, "--help").stdout
+        lines = [line.strip() for line in shown.splitlines()]
+        for field in (field for cls in classes for field in fields(cls)):
+            entries = [k for k, line in enumerate(lines) if line.startswith(f"{field.name}=")]
+            assert entries, field.name
+            assert any("=" not in lines[k + 1].split(" ")[0] and lines[k + 1] for k in entries), field.name
+    assert "islands=8" in run("track", "--help").stdout
 
 
 def test_track_evaluate_and_frame(simulated: Path, tmp_path: Path) -> None:

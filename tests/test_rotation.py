@@ -30,7 +30,9 @@ def test_rotation_vector_round_trip(a: np.ndarray) -> None:
     found = r.quaternion_to_rotation_vector(r.rotation_vector_to_quaternion(a))
     assert np.allclose(Rotation.from_rotvec(found).as_matrix(), Rotation.from_rotvec(a).as_matrix(), atol=1e-10)
     assert np.all(np.linalg.norm(found, axis=1) <= np.pi + 1e-9)
-    assert np.array_equal(r.quaternion_to_rotation_vector(np.array([[1.0, 0, 0, 0], [-1.0, 0, 0, 0]])), np.zeros((2, 3)))
+    assert np.array_equal(
+        r.quaternion_to_rotation_vector(np.array([[1.0, 0, 0, 0], [-1.0, 0, 0, 0]])), np.zeros((2, 3))
+    )
 
 
 @given(vectors)

@@ -1,0 +1,17 @@
+"""The `pytracker` command: a thin face over the Python calls.
+
+| file | what |
+|---|---|
+| `options` | what several commands share |
+| `settings` | `--method` and `--set` |
+| `parameters` | what `--help` says of them |
+| `tracking` | `demo`, `track`, `report`, `evaluate`, `inspect` |
+| `studies` | `study`, `reproduce` |
+| `recordings` | `simulate`, `frame` |
+| `terminal` | progress bars and tables |
+| `entry` | the application; signals, errors, exit status |
+"""
+
+from pytracker.cli.entry import main
+
+__all__ = ["main"]

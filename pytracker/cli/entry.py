@@ -1,0 +1,81 @@
+"""The application, and where the command starts: signals, errors, exit status.
+
+Exit status 0: done; 1: the run failed (the track was lost); 2: bad usage or input. `--debug` before the subcommand
+shows tracebacks.
+"""
+
+from __future__ import annotations
+
+import io
+import signal
+import sys
+from typing import Annotated
+
+import typer
+
+import pytracker as pt
+from pytracker.cli import recordings, studies, tracking
+
+__all__ = ["main"]
+
+app = typer.Typer(
+    name="pytracker",
+    help="Human motion tracking with particle filters, on a laptop CPU, with honest error bars.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for part in (tracking, studies, recordings):
+    app.add_typer(part.commands)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        print(f"pytracker {pt.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    debug: Annotated[bool, typer.Option("--debug", help="Show tracebacks.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and leave.", is_eager=True, callback=_show_version)
+    ] = False,
+) -> None:
+    # `main` looks for --debug itself: it has to know before anything is parsed.
+    del debug, version
+
+
+def _stop(number: int, frame: object) -> None:
+    """Leave and clean up, runs in flight first; at a second signal at once."""
+    del frame
+    signal.signal(number, signal.SIG_DFL)
+    print("pytracker: stopping (again: at once)", file=sys.stderr)
+    sys.exit(128 + number)
+
+
+def main() -> None:
+    """Run the command line and leave with its exit status."""
+    debug = "--debug" in sys.argv[1:]
+    # A terminal that cannot show ± gets something else, not an error; a terminated run cleans up.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        # Windows has no SIGHUP; `nohup` ignores it, and means it.
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _stop)
+    try:
+        app()
+    except (pt.InputError, pt.TrackingError, OSError) as error:
+        if debug:
+            raise
+        print(f"pytracker: {error}", file=sys.stderr)
+        sys.exit(1 if isinstance(error, pt.TrackingError) else 2)
+    except Exception as error:
+        if debug:
+            raise
+        print(f"pytracker: internal error: {type(error).__name__}: {error} (--debug shows where)", file=sys.stderr)
+        sys.exit(1)

@@ -1,0 +1,202 @@
+"""Commands on one recording: `demo`, `track`, `report`, `evaluate`, `inspect`."""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import pytracker as pt
+from pytracker.cli import parameters
+from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
+from pytracker.cli.settings import METHOD_WORDS, chosen_method
+from pytracker.cli.terminal import frames_bar, print_comparison
+from pytracker.methods import Method
+from pytracker.output import check_target, whole_folder
+from pytracker.report.index import render_index
+from pytracker.report.tables import read_run, read_track
+
+__all__ = ["commands"]
+
+commands = typer.Typer()
+
+ARM_METHODS: tuple[Method, ...] = (
+    pt.Joint(),
+    pt.Layered(),
+    pt.Plain(particles=5000),
+    pt.Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15),
+    pt.Ekf(corrections=("colour", "arm_projection"), accel_density=0.02),
+    pt.Ekf(bias=True, accel_density=0.03),
+    pt.Inertial(),
+)
+"""Each as tuned on simulated circles of other seeds than any that is reported."""
+
+BODY_SHOWN: tuple[Method, ...] = (pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
+"""Tuned on simulated bodies of other seeds than any that is reported."""
+
+SHOWN = {"arm": ARM_METHODS, "body": BODY_SHOWN}
+"""What a report compares, by kind of recording."""
+
+PAPERS = {"arm": "layered", "body": "plain"}
+"""The papers' own."""
+
+FEW_VALID = 0.5
+"""Fewer valid frames than this share, and the command says so."""
+
+
+@commands.command()
+def demo(
+    out: Out = Path("report"),
+    seed: Seed = 7,
+    duration: Annotated[float, typer.Option(min=1.0, help="Length of the arm's recording, s.")] = 20.0,
+    body_duration: Annotated[float, typer.Option(min=1.0, help="Length of the body's recording, s.")] = 8.0,
+    keep: Annotated[Path | None, typer.Option(help="Keep the simulated recordings in this folder.")] = None,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate an arm and a body, track them by every method, print the comparisons and write the reports."""
+    check_target(out, force=force)  # before the work, not after it
+    arm_scene, body_scene = pt.ArmScene(duration_s=duration), pt.BodyScene(duration_s=body_duration)
+    tracks = {}
+    with tempfile.TemporaryDirectory() as scratch, frames_bar(quiet) as progress:
+        folder = keep or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        pt.simulate_arm(folder / "simulated-circle", arm_scene, seed, force=force, progress=progress)
+        pt.simulate_body(folder / "simulated-body", body_scene, seed, force=force, progress=progress)
+        with whole_folder(out, force=force) as whole:
+            for kind, name in (("arm", "simulated-circle"), ("body", "simulated-body")):
+                recording = pt.load(folder / name)
+                tracks[kind] = track_all(recording, SHOWN[kind], seed, progress)
+                pt.write_report(tracks[kind], whole / kind, progress=progress)
+            (whole / "index.html").write_text(render_index(tracks), "utf-8")
+    for of_kind in tracks.values():
+        print_comparison(of_kind, quiet)
+    say(f"report: {out / 'index.html'}", quiet)
+
+
+@commands.command(epilog=parameters.of_methods())
+def track(
+    folder: Folder,
+    out: Out,
+    method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the best: joint, partitioned.")] = "",
+    particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
+    settings: Settings = None,
+    seed: Seed = 0,
+    no_report: NoReport = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Track a recording and write track.csv, metadata.json, scores.json (with truth) and a report page."""
+    check_target(out, force=force)  # before the work, not after it
+    recording = pt.load(folder)
+    chosen = chosen_method(recording.kind, method, particles, settings or [])
+    warn(recording.warnings)
+    with frames_bar(quiet) as progress:
+        try:
+            result = pt.track(recording, chosen, seed, progress=progress)
+        except pt.TrackingError as error:
+            if hasattr(error, "track"):
+                pt.write_report([error.track], out, force=force, page=not no_report, progress=progress)
+                print(f"pytracker: the frames before are in {out}", file=sys.stderr)
+            raise
+        pt.write_report([result], out, force=force, page=not no_report, progress=progress)
+    if result.valid.mean() < FEW_VALID:
+        unseen = len(result.valid) - int(result.valid.sum())
+        warn((f"{folder}: {unseen} of {len(result.valid)} frames are not valid, see reason in track.csv",))
+    if recording.truth is not None:
+        print_comparison([result], quiet)
+    say(f"wrote {out}", quiet)
+
+
+@commands.command()
+def report(
+    folder: Folder,
+    out: Out,
+    method: Annotated[list[str] | None, typer.Option(help=f"Repeatable. {METHOD_WORDS}")] = None,
+    seed: Seed = 0,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Track a recording by several methods and write one page that compares them."""
+    check_target(out, force=force)  # before the work, not after it
+    recording = pt.load(folder)
+    named = tuple(chosen_method(recording.kind, name, None, []) for name in method or ())
+    chosen = named or SHOWN[recording.kind]
+    warn(recording.warnings)
+    with frames_bar(quiet) as progress:
+        tracks = track_all(recording, chosen, seed, progress)
+        pt.write_report(tracks, out, force=force, progress=progress)
+    if recording.truth is not None:
+        print_comparison(tracks, quiet)
+    say(f"report: {out / 'index.html'}", quiet)
+
+
+@commands.command()
+def evaluate(
+    folder: Folder, results: Annotated[list[Path], typer.Argument(help="track.csv files, or folders that hold one.")]
+) -> None:
+    """Score track.csv files against the recording's truth; prints JSON."""
+    truth = pt.load(folder).truth
+    scores = {}
+    for path in results:
+        file = path / "track.csv" if path.is_dir() else path
+        scores[str(path)] = pt.evaluate(read_track(file), truth).as_dict()
+    print(json.dumps(scores, indent=2))
+
+
+@commands.command()
+def inspect(
+    folder: Folder,
+    number: Annotated[int, typer.Option("--frame", min=0, help="Which frame.")],
+    out: Annotated[Path, typer.Option(help="SVG to write.")] = Path("cycle.svg"),
+    of: Annotated[
+        Path | None, typer.Option(help="A folder that `track` wrote: its method and seed, not those below.")
+    ] = None,
+    track_number: Annotated[int, typer.Option("--track", min=1, help="Which track of that folder.")] = 1,
+    method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the papers': layered, plain.")] = "",
+    particles: Annotated[int | None, typer.Option(min=1, help="Number of particles.")] = None,
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="As `track --help` lists them; repeatable.")
+    ] = None,
+    seed: Seed = 0,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Draw one cycle of the filter at a frame: prior, predicted, weighted and resampled clouds, layer by layer."""
+    check_new(out, ".svg", force=force)
+    recording = pt.load(folder)
+    if of is not None:
+        if method or particles is not None or settings or seed:
+            raise pt.InputError("--of says method and seed, expected no --method, --particles, --set or --seed besides")
+        chosen, seed = read_run(of, recording, track_number)
+    else:
+        chosen = chosen_method(recording.kind, method or PAPERS[recording.kind], particles, settings or [])
+    warn(recording.warnings)
+    with frames_bar(quiet) as progress:
+        cycle = pt.record_cycle(recording, chosen, seed, frame=number, progress=progress)
+    # Matplotlib takes a third of a second to import: only who draws pays for it.
+    from pytracker.report.cycle_figures import one_cycle  # noqa: PLC0415
+
+    out.write_text(one_cycle(cycle), "utf-8")
+    say(f"wrote {out}", quiet)
+
+
+def track_all(
+    recording: pt.Recording, methods: Sequence[Method], seed: int, progress: Callable[[str, int], None] | None
+) -> list[pt.Track]:
+    """Every method on the same evidence; one that loses the track keeps what it had."""
+    sightings = pt.sight(recording, progress=progress) if isinstance(recording, pt.ArmRecording) else None
+    tracks: list[pt.Track] = []
+    for method in methods:
+        try:
+            tracks.append(pt.track(recording, method, seed, sightings=sightings, progress=progress))
+        except pt.TrackingError as error:
+            if not hasattr(error, "track"):
+                raise
+            tracks.append(error.track)
+    return tracks
