@@ -5,7 +5,8 @@
 //!
 //! | file | paper |
 //! |---|---|
-//! | [`model`] | IV-A1: the sub-model and its kinematics, many particles at once |
+//! | [`model`] | IV-A1: the sub-model, many particles at once |
+//! | `forward`, `lanes` | its kinematics in vector instructions |
 //! | [`figure`] | IV-A2: the outer shape, the key joints, the limits of joints |
 //! | [`motion`] | IV-C1: zero-order dynamics |
 //! | [`edges`] | eq. (4): the edge cue |
@@ -13,13 +14,16 @@
 //! | [`cues`] | IV-C2: weights; and the same cues on a fixed scale |
 //! | `island` | a share of the particles that is filtered on its own |
 //! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
-//! | [`tracker`] | IV-C: the online tracker, lists of layers |
+//! | [`method`] | IV-C: lists of layers and their parameters |
+//! | [`tracker`] | IV-C: the online tracker |
 
 pub mod cues;
 pub mod edges;
 pub mod figure;
+mod forward;
 mod island;
 mod lanes;
+pub mod method;
 pub mod model;
 pub mod motion;
 pub mod skin;
@@ -27,5 +31,6 @@ pub mod tracker;
 pub mod unseen;
 
 pub use figure::{Figure, Group, KEY_JOINTS, Part};
-pub use tracker::{BodyEstimate, BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Weighing};
+pub use method::{BodyLayer, BodyMethod, Diffusion, Weighing};
+pub use tracker::{BodyEstimate, BodyEvidence, BodyTracker};
 pub use unseen::Unseen;

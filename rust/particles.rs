@@ -7,17 +7,18 @@
 
 use crate::resample::{Ancestors, Scheme};
 use crate::rng::{BLOCK, Streams};
-use crate::sums::{dot, sum};
+use crate::sums::dot;
 use crate::{Result, error::require};
-use multiversion::multiversion;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+mod block;
 mod exponential;
 mod summary;
+mod weighing;
 
-use exponential::exp;
+pub use block::{Block, BlockMut};
 pub use summary::{Interval, LOWER, Summary, UPPER};
 
 /// More particles than any laptop's memory holds.
@@ -56,74 +57,6 @@ impl PartialEq for Scratch {
 
 /// Weights of one block, and their logarithms.
 type Weights<'a> = (&'a mut [f64], &'a mut [f64]);
-
-/// The particles of one block, read.
-#[derive(Debug, Clone, Copy)]
-pub struct Block<'a> {
-    data: &'a [f64],
-    len: usize,
-}
-
-impl<'a> Block<'a> {
-    /// How many particles.
-    pub fn len(self) -> usize {
-        self.len
-    }
-
-    /// Never: a block holds at least one particle.
-    pub fn is_empty(self) -> bool {
-        self.len == 0
-    }
-
-    /// Column `d` of the state, one value a particle.
-    pub fn column(self, d: usize) -> &'a [f64] {
-        &self.data[d * BLOCK..d * BLOCK + self.len]
-    }
-
-    /// Columns `d..d + K`.
-    pub fn columns<const K: usize>(self, d: usize) -> [&'a [f64]; K] {
-        std::array::from_fn(|k| self.column(d + k))
-    }
-}
-
-/// The particles of one block, changed in place.
-#[derive(Debug)]
-pub struct BlockMut<'a> {
-    data: &'a mut [f64],
-    len: usize,
-}
-
-impl BlockMut<'_> {
-    /// The same block, for a callee that takes it by value.
-    pub fn reborrow(&mut self) -> BlockMut<'_> {
-        BlockMut { data: self.data, len: self.len }
-    }
-
-    /// How many particles.
-    pub fn len(&self) -> usize {
-        self.len
-    }
-
-    /// Never: a block holds at least one particle.
-    pub fn is_empty(&self) -> bool {
-        self.len == 0
-    }
-
-    /// Column `d` of the state.
-    pub fn column_mut(&mut self, d: usize) -> &mut [f64] {
-        &mut self.data[d * BLOCK..d * BLOCK + self.len]
-    }
-
-    /// The `K` columns named, in that order.
-    ///
-    /// # Panics
-    /// When two are the same or one is not there.
-    pub fn columns_mut<const K: usize>(&mut self, columns: [usize; K]) -> [&mut [f64]; K] {
-        let len = self.len;
-        let ranges = columns.map(|d| d * BLOCK..d * BLOCK + len);
-        self.data.get_disjoint_mut(ranges).expect("columns differ and lie inside the block")
-    }
-}
 
 impl ParticleSet {
     /// `len` particles of `dim` columns at zero, with equal weights.
@@ -285,58 +218,6 @@ impl ParticleSet {
         Self { dim, blocks, log_weights, weights, scratch: Scratch::default(), ..*self }
     }
 
-    /// Multiply the weights by likelihoods given as logarithms, and normalise.
-    ///
-    /// Returns the log of the weighted mean likelihood (the evidence of this observation), or `None`, with
-    /// the weights unchanged, when every weight would be zero or one is not a number.
-    ///
-    /// # Panics
-    /// When `log_likelihood` has another length than the set.
-    pub fn reweigh(&mut self, log_likelihood: &[f64]) -> Option<f64> {
-        assert_eq!(log_likelihood.len(), self.len, "one value a particle");
-        let largest = self.largest_sum(log_likelihood)?;
-        let work = |((weights, logs), likelihood): ((&mut [f64], &mut [f64]), &[f64])| {
-            weigh(weights, logs, likelihood, largest);
-            sum(weights)
-        };
-        let scaled = |scale: f64| move |weights: &mut [f64]| weights.iter_mut().for_each(|w| *w *= scale);
-        let total: f64;
-        if self.is_parallel() {
-            let blocks = self.weights.par_chunks_mut(BLOCK).zip(self.log_weights.par_chunks_mut(BLOCK));
-            let sums: Vec<f64> = blocks.zip(log_likelihood.par_chunks(BLOCK)).map(work).collect();
-            total = sums.iter().sum();
-            self.weights.par_chunks_mut(BLOCK).for_each(scaled(1.0 / total));
-        } else {
-            let blocks = self.weights.chunks_mut(BLOCK).zip(self.log_weights.chunks_mut(BLOCK));
-            total = blocks.zip(log_likelihood.chunks(BLOCK)).map(work).sum();
-            self.weights.chunks_mut(BLOCK).for_each(scaled(1.0 / total));
-        }
-        let evidence = largest + total.ln() - self.log_sum;
-        self.log_sum = total.ln();
-        Some(evidence)
-    }
-
-    /// The largest `log_weight + log_likelihood`; `None` where that is not finite or any is not a number.
-    fn largest_sum(&self, log_likelihood: &[f64]) -> Option<f64> {
-        let work = |(logs, likelihood): (&[f64], &[f64])| {
-            let (mut largest, mut is_nan) = (f64::NEG_INFINITY, false);
-            for (w, l) in logs.iter().zip(likelihood) {
-                let sum = w + l;
-                is_nan |= sum.is_nan();
-                largest = if sum > largest { sum } else { largest };
-            }
-            if is_nan { f64::NAN } else { largest }
-        };
-        let pick = |a: f64, b: f64| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) };
-        let largest = if self.is_parallel() {
-            let blocks = self.log_weights.par_chunks(BLOCK).zip(log_likelihood.par_chunks(BLOCK));
-            blocks.map(work).reduce(|| f64::NEG_INFINITY, pick)
-        } else {
-            self.log_weights.chunks(BLOCK).zip(log_likelihood.chunks(BLOCK)).map(work).fold(f64::NEG_INFINITY, pick)
-        };
-        largest.is_finite().then_some(largest)
-    }
-
     /// Effective sample size, `1 / sum(w²)`: between 1 and `N`.
     pub fn ess(&self) -> f64 {
         1.0 / dot(&self.weights, &self.weights)
@@ -396,15 +277,6 @@ impl ParticleSet {
     }
 }
 
-/// Add the log-likelihoods, less the largest sum, and take the exponential.
-#[multiversion(targets("x86_64+avx2"))]
-fn weigh(weights: &mut [f64], logs: &mut [f64], likelihood: &[f64], largest: f64) {
-    for ((w, log), l) in weights.iter_mut().zip(logs).zip(likelihood) {
-        *log += l - largest;
-        *w = exp(*log);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -457,40 +329,5 @@ mod tests {
         let evidence = again.reweigh(&[2f64.ln(); 400]).unwrap();
         assert!((evidence - 2f64.ln()).abs() < 1e-12);
         assert_eq!(ParticleSet::together(&[&a]), a);
-    }
-
-    #[test]
-    fn evidence_is_the_weighted_mean_likelihood() {
-        let mut set = ramp(4);
-        let evidence = set.reweigh(&[1f64.ln(), 2f64.ln(), 3f64.ln(), 6f64.ln()]).unwrap();
-        assert!((evidence - 3f64.ln()).abs() < 1e-14);
-        assert!((set.ess() - 144.0 / 50.0).abs() < 1e-12);
-        // Very small likelihoods do not underflow.
-        let evidence = set.reweigh(&[-5000.0; 4]).unwrap();
-        assert!((evidence + 5000.0).abs() < 1e-9);
-    }
-
-    /// What the processor at hand runs and what every processor could run give the same bits.
-    #[test]
-    fn wider_vectors_change_no_bit() {
-        let mut set = ramp(700);
-        let likelihood: Vec<f64> = (0..700).map(|i| -0.01 * f64::from(i) * f64::from(i % 13)).collect();
-        set.reweigh(&likelihood).unwrap();
-        let plain: Vec<f64> = likelihood.iter().map(|l| exp(*l)).collect();
-        let total: f64 = plain.chunks(BLOCK).map(sum).sum();
-        assert!(set.weights.iter().zip(&plain).all(|(w, p)| *w == p * (1.0 / total)));
-        let (mean, _) = set.moments();
-        let (x, w) = (set.blocks().map(|b| b.column(0).to_vec()).collect::<Vec<_>>(), set.weights.chunks(BLOCK));
-        let plain: f64 = x.iter().zip(w).map(|(x, w)| dot(x, w)).sum();
-        assert_eq!(mean[0], plain);
-    }
-
-    #[test]
-    fn no_weight_left_is_said_and_changes_nothing() {
-        let mut set = ramp(3);
-        let before = set.clone();
-        assert_eq!(set.reweigh(&[f64::NEG_INFINITY; 3]), None);
-        assert_eq!(set.reweigh(&[0.0, f64::NAN, 0.0]), None);
-        assert_eq!(set, before);
     }
 }

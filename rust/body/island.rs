@@ -7,8 +7,9 @@
 
 use super::cues::Scene;
 use super::figure::{Figure, KEY_JOINTS};
+use super::method::BodyMethod;
 use super::skin::{Assignment, Blobs};
-use super::tracker::{BodyEvidence, BodyMethod};
+use super::tracker::BodyEvidence;
 use crate::Result;
 use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder};
 use crate::particles::ParticleSet;

@@ -1,4 +1,4 @@
-//! Four numbers at a time, in code that reads like one: what the compiler turns into vector instructions.
+//! Eight numbers at a time, in code that reads like one: what the compiler turns into vector instructions.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

@@ -3,11 +3,10 @@
 //! What does not move with the state is multiplied out beforehand: bones become *segments*, one for each joint that the
 //! state turns, and the wanted points sit still in a segment's frame. So a particle costs what its free channels cost.
 
-use super::lanes::{LANES, Lanes};
+use super::forward::forward;
 use crate::particles::Block;
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result};
-use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +24,7 @@ pub struct Place {
 
 /// Where a number of a segment comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-enum Source {
+pub(super) enum Source {
     Fixed(f64),
     /// Column of the state.
     Free(usize),
@@ -33,7 +32,7 @@ enum Source {
 
 /// An angle of a segment.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-enum Turn {
+pub(super) enum Turn {
     /// Sine and cosine of one that stays.
     Fixed(f64, f64),
     /// Column of the state.
@@ -42,15 +41,15 @@ enum Turn {
 
 /// A joint that moves, and all that hangs on it up to the next that does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Segment {
+pub(super) struct Segment {
     /// The segment that it hangs on; `None` for the root.
-    parent: Option<usize>,
+    pub parent: Option<usize>,
     /// Its joint's place in the parent's frame, m; for the root, in the world, from the state.
-    origin: [Source; 3],
+    pub origin: [Source; 3],
     /// The joint's frame within the parent's; `None` where it is the same, as those of an arm's bones are.
-    frame: Option<Matrix3<f64>>,
+    pub frame: Option<Matrix3<f64>>,
     /// Turns, the last applied first: axis and angle.
-    turns: Vec<(usize, Turn)>,
+    pub turns: Vec<(usize, Turn)>,
 }
 
 /// A sub-model: the skeleton, the pose that it keeps, and what is free of it.
@@ -200,8 +199,7 @@ impl SubModel {
         let wanted = out.len().checked_div(3 * count).unwrap_or(0);
         assert_eq!(out.len(), wanted * 3 * count, "three coordinates a point and particle");
         let columns: Vec<&[f64]> = (0..self.dim()).map(|d| &block.column(d)[first..first + count]).collect();
-        let mut frames = vec![Frame::world(); self.segments.len()];
-        forward(&self.segments, &self.points[..wanted], &columns, count, &mut frames, out);
+        forward(&self.segments, &self.points[..wanted], &columns, count, out);
     }
 }
 
@@ -232,135 +230,9 @@ impl Joint {
     }
 }
 
-/// Rotation (rows) and origin of a segment.
-#[derive(Debug, Clone, Copy)]
-struct Frame {
-    rotation: [[Lanes; 3]; 3],
-    origin: [Lanes; 3],
-}
-
-impl Frame {
-    fn world() -> Self {
-        Self { rotation: constant(&Matrix3::identity()), origin: [Lanes::splat(0.0); 3] }
-    }
-
-    #[inline(always)]
-    fn at(&self, point: &Vector3<f64>) -> [Lanes; 3] {
-        std::array::from_fn(|r| {
-            let [x, y, z] = self.rotation[r];
-            self.origin[r] + x * Lanes::splat(point.x) + y * Lanes::splat(point.y) + z * Lanes::splat(point.z)
-        })
-    }
-
-    /// A frame within this one, before its own turns.
-    #[inline(always)]
-    fn child(&self, frame: Option<&Matrix3<f64>>, origin: [Lanes; 3]) -> Self {
-        let times = |[x, y, z]: [Lanes; 3], [a, b, c]: [Lanes; 3]| x * a + y * b + z * c;
-        let turned = |m: &Matrix3<f64>| {
-            let row = |row| std::array::from_fn(|c| times(row, std::array::from_fn(|k| Lanes::splat(m[(k, c)]))));
-            self.rotation.map(row)
-        };
-        Self {
-            rotation: frame.map_or(self.rotation, turned),
-            origin: std::array::from_fn(|r| self.origin[r] + times(self.rotation[r], origin)),
-        }
-    }
-
-    /// About one axis after the other: which ones is known to the compiler, so that nothing is indexed at run time.
-    #[inline(always)]
-    fn turned(self, axis: usize, turn: (Lanes, Lanes)) -> Self {
-        match axis {
-            0 => self.turned_about::<1, 2>(turn),
-            1 => self.turned_about::<2, 0>(turn),
-            _ => self.turned_about::<0, 1>(turn),
-        }
-    }
-
-    #[inline(always)]
-    fn turned_about<const J: usize, const K: usize>(mut self, (sin, cos): (Lanes, Lanes)) -> Self {
-        for row in &mut self.rotation {
-            (row[J], row[K]) = (row[J] * cos + row[K] * sin, row[K] * cos - row[J] * sin);
-        }
-        self
-    }
-}
-
-/// The same matrix for every particle.
-#[inline(always)]
-fn constant(m: &Matrix3<f64>) -> [[Lanes; 3]; 3] {
-    std::array::from_fn(|r| std::array::from_fn(|c| Lanes::splat(m[(r, c)])))
-}
-
-/// Forward kinematics of `count` particles, with the widest vectors that the processor has.
-#[multiversion(targets("x86_64+avx+avx2+avx512f+avx512vl+avx512dq+avx512bw+avx512cd", "x86_64+avx2"))]
-fn forward(
-    segments: &[Segment],
-    points: &[(usize, Vector3<f64>)],
-    columns: &[&[f64]],
-    count: usize,
-    frames: &mut [Frame],
-    out: &mut [f64],
-) {
-    forward_by_lanes(segments, points, columns, count, frames, out);
-}
-
-/// The same, [`LANES`] particles at a time, in whatever instructions the caller is built for.
-#[inline(always)]
-fn forward_by_lanes(
-    segments: &[Segment],
-    points: &[(usize, Vector3<f64>)],
-    columns: &[&[f64]],
-    count: usize,
-    frames: &mut [Frame],
-    out: &mut [f64],
-) {
-    for first in (0..count).step_by(LANES) {
-        let wide = (count - first).min(LANES);
-        let value = |source: Source| match source {
-            Source::Fixed(x) => Lanes::splat(x),
-            Source::Free(column) => {
-                let numbers = &columns[column][first..first + wide];
-                // The last few particles are computed with copies of the last.
-                match <[f64; LANES]>::try_from(numbers) {
-                    Ok(numbers) => Lanes(numbers),
-                    Err(_) => Lanes(std::array::from_fn(|i| numbers[i.min(wide - 1)])),
-                }
-            }
-        };
-        for s in 0..segments.len() {
-            let segment = &segments[s];
-            let origin = segment.origin.map(value);
-            let mut frame = match segment.parent {
-                None => Frame { rotation: constant(&segment.frame.unwrap_or_else(Matrix3::identity)), origin },
-                Some(parent) => frames[parent].child(segment.frame.as_ref(), origin),
-            };
-            for (axis, turn) in &segment.turns {
-                let (sin, cos) = match turn {
-                    Turn::Fixed(sin, cos) => (Lanes::splat(*sin), Lanes::splat(*cos)),
-                    Turn::Free(column) => value(Source::Free(*column)).sin_cos(),
-                };
-                frame = frame.turned(*axis, (sin, cos));
-            }
-            frames[s] = frame;
-        }
-        for (p, (segment, place)) in points.iter().enumerate() {
-            // Many a point is a joint: where its segment begins.
-            let is_joint = *place == Vector3::zeros();
-            let at = if is_joint { frames[*segment].origin } else { frames[*segment].at(place) };
-            for (d, lanes) in at.iter().enumerate() {
-                let start = (3 * p + d) * count + first;
-                // A copy of known length is one store.
-                match out[start..].first_chunk_mut::<LANES>() {
-                    Some(whole) if wide == LANES => *whole = lanes.0,
-                    _ => out[start..start + wide].copy_from_slice(&lanes.0[..wide]),
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::forward::forward_by_lanes;
     use super::*;
     use crate::particles::ParticleSet;
     use crate::rng::Streams;
@@ -425,8 +297,7 @@ mod tests {
                 .collect();
             let columns: Vec<&[f64]> = columns.iter().map(Vec::as_slice).collect();
             let mut plain = vec![0.0; out.len()];
-            let mut frames = vec![Frame::world(); model.segments.len()];
-            forward_by_lanes(&model.segments, &model.points, &columns, count, &mut frames, &mut plain);
+            forward_by_lanes(&model.segments, &model.points, &columns, count, &mut plain);
             assert_eq!(plain, out);
             let rows = set.rows();
             for i in 0..count {
