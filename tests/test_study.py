@@ -3,49 +3,16 @@
 from __future__ import annotations
 
 import csv
-import os
-import platform
-import re
 import shutil
-import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
+from study_cases import CIRCLE, METHODS, SCENE, asked, small
 
 import pytracker as pt
-from pytracker.study import schedule
 from pytracker.study import study as study_module
 from pytracker.study.execute import COLUMNS
-from pytracker.study.schedule import on_dask
-
-SCENE = pt.ArmScene(duration_s=2.0)
-CIRCLE = pt.StudyRecording(name="circle", scene=SCENE, pixel_sd=4.0)
-METHODS = (pt.Layered(particles=100), pt.Layered(particles=200), pt.Ekf(corrections=("colour", "arm_length")))
-
-TOML = """
-schema = 1
-seeds = 10
-
-[[recording]]
-name = "circle"
-simulate = "arm"
-scene = { duration_s = 2.0 }
-pixel_sd = 4.0
-
-[[method]]
-name = "layered"
-grid = { particles = [400, 2000, 8000] }
-
-[[method]]
-name = "ekf"
-set = { corrections = ["colour", "arm_length"] }
-"""
-
 
 ASF = """:version 1.10
 :name own
@@ -63,17 +30,6 @@ ASF = """:version 1.10
   begin
   end
 """
-
-
-def small() -> pt.Study:
-    return pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1, 2))
-
-
-def asked(study: pt.Study, out: Path) -> tuple[pt.StudyTable, int]:
-    """The table, and how many runs were known before."""
-    known: list[int] = []
-    table = pt.run_study(study, out, progress=lambda done, total: known.append(done))
-    return table, known[0]
 
 
 def test_table_says_what_the_scores_say(tmp_path: Path) -> None:
@@ -191,30 +147,6 @@ def test_where_takes_a_method_with_all_its_parameters(simulated_body: Path, tmp_
     assert len(table.where(method="plain", joint="all")) == 4
 
 
-@pytest.mark.parametrize("left", [[], [".made-by-pytracker"], [".made-by-pytracker", "runs/"]])
-def test_a_study_killed_at_once_is_gone_on_with(tmp_path: Path, left: list[str]) -> None:
-    for name in ["", *left]:
-        path = tmp_path / "out" / name
-        path.mkdir() if not name or name.endswith("/") else path.touch()
-    assert pt.run_study(small(), tmp_path / "out").count("ok") == 6
-
-
-def test_what_killed_processes_left_is_swept(tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    pt.run_study(small(), out)
-    old, new = out / "runs" / "a.json.1.partial", out / "runs" / "b.json.2.partial"
-    for path in (old, new):
-        path.touch()
-    os.utime(old, (1, 1))
-    dead = out / f".scratch-{platform.node()}-999999999"
-    dead.mkdir()
-    pt.run_study(small(), out)
-    assert not old.exists()
-    assert new.exists()  # of a process that may be writing it
-    assert not dead.exists()
-    assert not list(out.glob(".scratch-*"))
-
-
 @pytest.mark.parametrize(
     "text", ["", "{", "[]", '{"status": "ok", "error": "", "rows": []}', '{"status": "ok", "error": "", "rows": [{}]}',
              '{"status": "ok", "error": "", "rows": [1]}', '{"status": "failed", "error": "x", "rows": []}'],
@@ -223,22 +155,6 @@ def test_a_result_that_cannot_be_read_is_done_again(tmp_path: Path, text: str) -
     table, _ = asked(small(), tmp_path / "out")
     next((tmp_path / "out" / "runs").glob("*.json")).write_text(text)
     assert asked(small(), tmp_path / "out") == (table, 5)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="signals as Unix has them")
-def test_stopped_by_a_signal_it_keeps_what_was_in_flight(tmp_path: Path) -> None:
-    file = tmp_path / "study.toml"
-    file.write_text(TOML.replace("8000", "20000").replace("duration_s = 2.0", "duration_s = 20.0"))
-    process = subprocess.Popen(study_command(file, tmp_path / "out"), stderr=subprocess.PIPE, text=True)  # noqa: S603
-    until = time.monotonic() + 60
-    while time.monotonic() < until and not list(tmp_path.glob("out/runs/*.json")):
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    said = process.communicate(timeout=60)[1]
-    assert process.returncode == 130
-    assert "pytracker: stopping" in said
-    assert "Traceback" not in said
-    assert not list(tmp_path.glob("out/runs/*.partial"))
 
 
 def test_a_lost_track_keeps_its_frames(tmp_path: Path) -> None:
@@ -276,152 +192,3 @@ def test_it_takes_no_folder_that_is_something_else(tmp_path: Path) -> None:
         pt.run_study(small(), tmp_path / "letters")
     with pytest.raises(pt.InputError, match="workers is 0, expected 1 or more"):
         pt.run_study(small(), tmp_path / "out", workers=0)
-
-
-def study_command(file: Path, out: Path) -> list[str]:
-    return [sys.executable, "-m", "pytracker", "study", str(file), "--out", str(out), "--quiet"]
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="kills as Unix does")
-def test_killed_ten_times_and_gone_on_with(tmp_path: Path) -> None:
-    file = tmp_path / "study.toml"
-    file.write_text(TOML)
-    pt.run_study(pt.read_study(file), tmp_path / "undisturbed")
-    out, pick = tmp_path / "out", np.random.default_rng(4)
-    seen: list[Path] = []
-    for k in range(10):
-        process = subprocess.Popen(study_command(file, out))  # noqa: S603
-        # Somewhere in the work, not only in the imports: from the first new result on.
-        before, until = len(seen), time.monotonic() + 60
-        while process.poll() is None and time.monotonic() < until and len(list(out.glob("runs/*.json"))) <= before:
-            time.sleep(0.005)
-        time.sleep(pick.uniform(0.0, 0.08))
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        seen = list(out.glob("runs/*.json"))
-        assert len(seen) > before or len(seen) == 40, k
-    assert not (out / "table.csv").exists() or len(seen) == 40
-    assert subprocess.run(study_command(file, out), check=False).returncode == 0  # noqa: S603
-    assert (out / "table.csv").read_bytes() == (tmp_path / "undisturbed" / "table.csv").read_bytes()
-
-
-def test_on_a_cluster_that_loses_a_worker(simulated: Path, tmp_path: Path) -> None:
-    """Two worker processes; one is killed in mid-study: the same table, byte for byte. A changed folder is noticed."""
-    distributed = pytest.importorskip("distributed")
-    video = pt.StudyRecording(name="person", scene=pt.BodyScene(duration_s=1.0))
-    methods = (*METHODS, pt.BodyPlain(particles=50), pt.Partitioned(particles=50))
-    study = pt.Study(recordings=(CIRCLE, video), methods=methods, seeds=tuple(range(1, 7)))
-    here = pt.run_study(study, tmp_path / "here")
-    killed: list[int] = []
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as cluster:
-        pids = [worker.pid for worker in cluster.workers.values()]
-
-        def kill_one(done: int, total: int) -> None:
-            if done > 5 and not killed:
-                assert done < total
-                os.kill(pids[0], signal.SIGKILL)
-                killed.append(done)
-
-        there = pt.run_study(study, tmp_path / "there", scheduler=cluster.scheduler_address, progress=kill_one)
-        trial = shutil.copytree(simulated, tmp_path / "trial")
-        recording = pt.StudyRecording(name="trial", folder=trial)
-        again = pt.Study(recordings=(recording,), methods=(pt.Layered(particles=50),), seeds=(1,))
-        first = pt.run_study(again, tmp_path / "first", scheduler=cluster.scheduler_address)
-        text = (trial / "recording.toml").read_text("utf-8")
-        (trial / "recording.toml").write_text(text.replace("upper_arm_m = 0.3", "upper_arm_m = 0.32"), "utf-8")
-        changed = pt.run_study(again, tmp_path / "changed", scheduler=cluster.scheduler_address)
-    assert first.values("rms_m", joint="wrist") != changed.values("rms_m", joint="wrist")
-    assert changed == pt.run_study(again, tmp_path / "changed here")
-    assert killed
-    assert there.count("ok") == 30
-    assert there == here
-    assert (tmp_path / "there" / "table.csv").read_bytes() == (tmp_path / "here" / "table.csv").read_bytes()
-
-
-def test_no_cluster_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
-    monkeypatch.setattr(schedule, "CONNECT_S", 2)
-    with pytest.raises(pt.InputError, match="--scheduler is 'nonsense', expected the address"):
-        list(on_dask([], "nonsense", lambda run, result: None))
-    with pytest.raises(pt.InputError, match="expected the address of a Dask scheduler"):
-        list(on_dask([], "tcp://127.0.0.1:1", lambda run, result: None))
-
-
-@pytest.mark.parametrize(
-    ("line", "instead", "message"),
-    [
-        ("schema = 1", "schema = 2", "schema is 2, this version reads 1"),
-        ("seeds = 10", "seeds = 0", "seeds is 0, expected a whole number from 1 to 100000, or a list of them"),
-        ("seeds = 10", "seeds = 1000000000000", "seeds is 1000000000000, expected a whole number from 1 to 100000"),
-        ("seeds = 10", "seeds = true", "seeds is True, expected a whole number"),
-        ("seeds = 10", "seeds = [1, 1]", "the seed 1 twice, expected all to differ"),
-        ("seeds = 10", "seeds = [-1]", "the seed is -1, expected a whole number from 0 to 2^63 - 1"),
-        ("seeds = 10", "seed = 10", "seed is not a known key, did you mean 'seeds'?"),
-        ('simulate = "arm"', 'simulate = "leg"', "recording[0].simulate is 'leg', expected: input should be 'arm'"),
-        ('simulate = "arm"', "", "recording[0] has neither of folder and simulate, expected one of them"),
-        ('simulate = "arm"', 'folder = "x"', "recording[0].scene goes with simulate, not with folder"),
-        ("duration_s = 2.0", "duration = 2.0", "recording[0].scene.duration is not a known key, did you mean"),
-        ("duration_s = 2.0", "duration_s = -2.0", "duration_s is -2.0, expected a positive number"),
-        ("pixel_sd = 4.0", "pixel_sd = -4.0", "recording[0].pixel_sd is -4.0"),
-        ('name = "layered"', 'name = "layred"', "method[0].name is 'layred', did you mean 'layered'?"),
-        ("grid = { particles", "grid = { particle", "method[0]: particle: Layered has no such parameter, did you mean"),
-        (
-            "grid = { particles",
-            'set = { particles = "few" }\ngrid = { pixel_sd',
-            "Layered.particles is 'few', expected",
-        ),
-        ("grid = {", "set = { particles = 3 }\ngrid = {", "method[0] has particles in both set and grid"),
-        ('name = "ekf"', 'name = "partitioned"', "method[1].name is 'partitioned', expected one of: inertial"),
-        ("grid = { particles = [400, 2000, 8000] }", "grid = { particles = [4, 4] }", "twice, expected all to differ"),
-    ],
-)
-def test_faults_of_a_study_file(tmp_path: Path, line: str, instead: str, message: str) -> None:
-    file = tmp_path / "study.toml"
-    assert line in TOML
-    file.write_text(TOML.replace(line, instead, 1))
-    with pytest.raises(pt.InputError) as caught:
-        pt.read_study(file)
-    assert str(file) in str(caught.value)
-    assert message in str(caught.value)
-
-
-def test_a_study_file_is_what_it_says(tmp_path: Path) -> None:
-    file = tmp_path / "study.toml"
-    file.write_text(TOML)
-    study = pt.read_study(file)
-    assert study.recordings == (CIRCLE,)
-    assert study.seeds == tuple(range(1, 11))
-    assert [getattr(method, "particles", 0) for method in study.methods] == [400, 2000, 8000, 0]
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (lambda: pt.StudyRecording(name="a\rb", folder=Path()), "expected printable characters"),
-        (lambda: pt.StudyRecording(name="x", scene=SCENE, pixel_sd=float("inf")), "expected an arm's, 0 px or more"),
-        (lambda: pt.StudyRecording(name="x", scene=SCENE, seed=-5), "the seed is -5, expected a whole number"),
-        (lambda: pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1.5,)), "the seed is 1.5"),  # type: ignore[arg-type]
-        (lambda: pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=range(10**6)), "3000000 runs, expected at most"),
-        (lambda: pt.StudyRecording(name="x"), "has neither folder nor scene"),
-        (lambda: pt.StudyRecording(name="x", folder=Path(), seed=1), "seed and pixel_sd go with a scene"),
-        (lambda: pt.StudyRecording(name="x", scene=pt.BodyScene(), pixel_sd=1.0), "expected an arm's"),
-        (lambda: pt.Study(recordings=(), methods=METHODS, seeds=(1,)), "has no recording, expected at least one"),
-        (lambda: pt.Study(recordings=(CIRCLE,), methods=(pt.BodyPlain(),), seeds=(1,)), "the study has none"),
-        (lambda: pt.Study(recordings=(CIRCLE, CIRCLE), methods=METHODS, seeds=(1,)), "twice"),
-    ],
-)
-def test_faults_of_a_study(make: Callable[[], object], message: str) -> None:
-    with pytest.raises(pt.InputError, match=message):
-        make()
-
-
-def test_the_readmes_study_is_one(tmp_path: Path) -> None:
-    text = (Path(__file__).parents[1] / "README.md").read_text("utf-8")
-    (block,) = [b for b in re.findall(r"```toml\n(.*?)```", text, re.DOTALL) if "[[method]]" in b]
-    (tmp_path / "study.toml").write_text(block, "utf-8")
-    study = pt.read_study(tmp_path / "study.toml")
-    assert [recording.name for recording in study.recordings] == ["trial03", "circle"]
-    assert [getattr(method, "particles", 0) for method in study.methods] == [100, 500, 2000]
-    assert len(study.seeds) == 10
