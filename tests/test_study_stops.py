@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -97,6 +98,7 @@ def test_on_a_cluster_that_loses_a_worker(simulated: Path, tmp_path: Path) -> No
     study = pt.Study(recordings=(CIRCLE, video), methods=methods, seeds=tuple(range(1, 7)))
     here = pt.run_study(study, tmp_path / "here")
     killed: list[int] = []
+    left = set(Path(tempfile.gettempdir()).glob("pytracker-*"))
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
     ) as cluster:
@@ -119,6 +121,7 @@ def test_on_a_cluster_that_loses_a_worker(simulated: Path, tmp_path: Path) -> No
     assert first.values("rms_m", joint="wrist") != changed.values("rms_m", joint="wrist")
     assert changed == pt.run_study(again, tmp_path / "changed here")
     assert killed
+    assert set(Path(tempfile.gettempdir()).glob("pytracker-*")) == left
     assert there.count("ok") == 30
     assert there == here
     assert (tmp_path / "there" / "table.csv").read_bytes() == (tmp_path / "here" / "table.csv").read_bytes()

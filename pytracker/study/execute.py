@@ -139,20 +139,22 @@ def _line(words: str) -> str:
 
 
 @functools.lru_cache(maxsize=2)
-def _kept(recording: StudyRecording, seed: int, digest: str) -> Source:
+def _kept(recording: StudyRecording, seed: int, digest: str, scratch: Path) -> Source:
     del digest  # another content is another entry
-    return open_source(recording, seed)
+    return open_source(recording, seed, scratch)
 
 
-def execute_anywhere(run: Run, expected: str) -> Result:
+def execute_anywhere(run: Run, expected: str, scratch: Path) -> Result:
     """The same in a process that has nothing yet; it keeps the last recordings for the runs that come next.
+
+    What is simulated for them is written below `scratch`.
 
     Fails where the process runs another build than the one whose fingerprint is `expected`.
     """
     if fingerprint() != expected:
         return failed(InputError(OTHER_BUILD))
     try:
-        source = _kept(*run.source)
+        source = _kept(*run.source, scratch)
     except Exception as error:
         return failed(error)
     return execute(run, source)

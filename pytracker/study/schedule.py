@@ -100,7 +100,7 @@ def on_dask(runs: Sequence[Run], address: str, save: Callable[[Run, Result], Non
             if theirs != ours:
                 raise InputError(f"{worker}: {OTHER_BUILD}")
         ordered = [run for group in _by_source(runs) for run in group]
-        futures = {client.submit(execute_anywhere, r, ours, key=f"pytracker-{r.key}", pure=False): r for r in ordered}
+        futures = {client.submit(_on_worker, r, ours, key=f"pytracker-{r.key}", pure=False): r for r in ordered}
         for future in as_completed(futures, loop=client.loop):
             try:
                 result = future.result()
@@ -108,6 +108,13 @@ def on_dask(runs: Sequence[Run], address: str, save: Callable[[Run, Result], Non
                 result = failed(error)
             save(futures[future], result)
             yield futures[future], result
+
+
+def _on_worker(run: Run, expected: str) -> Result:
+    """One run in the worker's own folder: Dask sweeps those of workers that died."""
+    from distributed import get_worker  # noqa: PLC0415 - an extra
+
+    return execute_anywhere(run, expected, Path(get_worker().local_directory))
 
 
 def _by_source(runs: Sequence[Run]) -> list[list[Run]]:
