@@ -42,8 +42,8 @@ class BodyMethod(Method):
         limits: whether limits of joints count, softly.
         penetration: whether elbows and hands inside the torso count against a pose (paper IV-C1).
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
-            it moves joints along the viewing direction, which one camera does not see, so that it widens their bands
-            in depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
+            it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
+            depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
         unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
         unseen_turn_sd_rad: of its turn about its long axis; likewise.
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.

@@ -10,7 +10,7 @@ import numpy as np
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_log import check
+from pytracker.formats.imu_checks import check
 from pytracker.formats.qualisys import Markers, read_qualisys
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording import Arm, ArmRecording, Camera, Imu, Truth, View

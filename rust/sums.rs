@@ -1,6 +1,6 @@
-//! Sums in four interleaved parts: a fixed order, which vector instructions can follow.
+//! Sums in sixteen interleaved parts: a fixed order, which vector instructions can follow.
 //!
-//! A running sum waits for its last addition; four of them do not wait for each other. The order depends on nothing
+//! A running sum waits for its last addition; sixteen of them do not wait for each other. The order depends on nothing
 //! but the length, so that the bits are the same on every processor and for any number of threads.
 
 /// Parts of a sum.

@@ -43,12 +43,17 @@ def test_online_is_offline_and_a_copy_goes_on(body: pt.BodyRecording) -> None:
         evidence = extract(frame.image)
         if frame.index == 10:
             others = [copy.deepcopy(tracker), pickle.loads(pickle.dumps(tracker))]  # noqa: S301
-            expected = tracker.update(frame.time_s, evidence.edges, evidence.blobs).state
+            expected = tracker.update(frame.time_s, evidence.edges, evidence.blobs)
             for other in others:
-                assert np.array_equal(other.update(frame.time_s, evidence.edges, evidence.blobs).state, expected)
+                estimate = other.update(frame.time_s, evidence.edges, evidence.blobs)
+                assert np.array_equal(estimate.state, expected.state)
+                assert np.array_equal(estimate.joints, expected.joints)
         else:
-            expected = tracker.update(frame.time_s, evidence.edges, evidence.blobs).state
-        assert np.array_equal(expected, whole.angles[:, frame.index])
+            expected = tracker.update(frame.time_s, evidence.edges, evidence.blobs)
+        assert np.array_equal(expected.state, whole.angles[:, frame.index])
+        for k, joint in enumerate(pt.KEY_JOINTS):
+            assert np.array_equal(expected.joints[0, k], whole.joints[joint].mean[frame.index])
+            assert np.array_equal(expected.joints[3, k], whole.joints[joint].lo[frame.index])
         if frame.index == 20:
             break
 
@@ -93,6 +98,7 @@ def test_any_subset_of_channels_can_be_free(body: pt.BodyRecording) -> None:
         (lambda: pt.Partitioned(edge_loss=-1.0), "edge_loss is -1, expected 0 or more"),
         (lambda: pt.Partitioned(blob_sd_m=0.0), "blob_sd_m is 0, expected a positive length"),
         (lambda: pt.Partitioned(joint_density=float("nan")), "joint_density is NaN, expected 0 rad"),
+        (lambda: pt.Partitioned(unseen_lean_sd_rad=-0.1), "unseen_lean_sd_rad is -0.1, expected 0 rad or more"),
         (lambda: pt.Partitioned(layers=((("leg",), 1.0, 1.0),)), "group 'leg' is not known"),
         (
             lambda: pt.Partitioned(layers=(("torso", 1.0),)),  # type: ignore[arg-type]

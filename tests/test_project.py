@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import pytracker as pt
+from pytracker.study.fingerprint import NO_NUMBERS
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pytracker"
@@ -62,6 +63,10 @@ def test_data_flows_one_way() -> None:
             if parts[0] == "pytracker" and len(parts) > 1 and parts[1] in order:
                 # recording.py is what flows; evidence and track need it, formats do not.
                 assert order[parts[1]] <= order[stage], f"{path.name} imports {module}"
+
+
+def test_what_changes_no_number_is_there() -> None:
+    assert all((PACKAGE / name).exists() for name in NO_NUMBERS)
 
 
 def test_every_public_name_is_documented() -> None:

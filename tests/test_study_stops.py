@@ -50,11 +50,15 @@ def test_what_killed_processes_left_is_swept(tmp_path: Path) -> None:
 def test_stopped_by_a_signal_it_keeps_what_was_in_flight(tmp_path: Path, name: str) -> None:
     file = tmp_path / "study.toml"
     file.write_text(TOML.replace("8000", "20000").replace("duration_s = 2.0", "duration_s = 20.0"))
-    process = subprocess.Popen(study_command(file, tmp_path / "out"), stderr=subprocess.PIPE, text=True)  # noqa: S603
+    number = getattr(signal, name)
+    process = subprocess.Popen(  # noqa: S603
+        study_command(file, tmp_path / "out"), stderr=subprocess.PIPE, text=True,
+        # What runs the tests may ignore some signals, and a child would too.
+        preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),  # noqa: PLW1509
+    )  # fmt: skip
     until = time.monotonic() + 60
     while time.monotonic() < until and not list(tmp_path.glob("out/runs/*.json")):
         time.sleep(0.01)
-    number = getattr(signal, name)
     process.send_signal(number)
     said = process.communicate(timeout=60)[1]
     assert process.returncode == 128 + number

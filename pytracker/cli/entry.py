@@ -1,11 +1,12 @@
 """The application, and where the command starts: signals, errors, exit status.
 
-Exit status 0: done; 1: the run failed (the track was lost); 2: bad usage or input. `--debug` before the subcommand
-shows tracebacks.
+Exit status 0: done; 1: the run failed (the track was lost); 2: bad usage or input; 128 + number: stopped by a signal.
+`--debug` before the subcommand shows tracebacks.
 """
 
 from __future__ import annotations
 
+import contextlib
 import io
 import signal
 import sys
@@ -51,7 +52,8 @@ def _stop(number: int, frame: object) -> None:
     """Leave and clean up, runs in flight first; at a second signal at once."""
     del frame
     signal.signal(number, signal.SIG_DFL)
-    print("pytracker: stopping (again: at once)", file=sys.stderr)
+    with contextlib.suppress(OSError):  # the terminal that would show it may be what went away
+        print("pytracker: stopping (again: at once)", file=sys.stderr)
     sys.exit(128 + number)
 
 

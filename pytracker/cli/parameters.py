@@ -26,13 +26,13 @@ def of_methods() -> str:
         for cls in _ancestors(methods.values()):
             names = [name for name, method in methods.items() if issubclass(method, cls)]
             of = "every method" if len(names) == len(methods) else ", ".join(names)
-            sections.append(_section(f"Parameters of {kind}, {of}", cls))
+            sections.append(_section(f"Parameters of {kind}, {of}", cls, [methods[name] for name in names]))
     return "\n\n".join(section for section in sections if section)
 
 
 def of_scene(cls: type[Any]) -> str:
     """Parameters of a scene to simulate."""
-    return _section("Parameters", cls)
+    return _section("Parameters", cls, [cls])
 
 
 def _ancestors(methods: Any) -> Iterator[type[Method]]:
@@ -45,14 +45,18 @@ def _ancestors(methods: Any) -> Iterator[type[Method]]:
                 yield cls
 
 
-def _section(title: str, cls: type[Any]) -> str:
-    """Parameters that the class adds, and those of its ancestors that it sets otherwise; empty without any."""
+def _section(title: str, cls: type[Any], of: list[type[Any]]) -> str:
+    """Parameters that the class adds, and those of its ancestors that it sets otherwise; empty without any.
+
+    A default that none of the classes `of` it keeps is not shown.
+    """
     words = dict(_attributes(cls))
     own = inspect.get_annotations(cls)
     lines = []
     for field in fields(cls):
         if field.name in own and field.default is not MISSING:
-            lines.append(f"  {field.name}={_as_typed(field.default)}")
+            kept = any(getattr(leaf, field.name) == field.default for leaf in of)
+            lines.append(f"  {field.name}={_as_typed(field.default) if kept else '...'}")
             lines += WRAP.wrap(words.get(field.name, ""))
     # The mark keeps the lines as they are.
     return "\n".join(["\b", f"{title} (--set):", *lines]) if lines else ""

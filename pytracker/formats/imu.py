@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
+from pytracker.formats.imu_agreement import check_gravity_is_up
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import read_lines
 
@@ -70,7 +71,8 @@ def _recognise(path: Path, lines: list[str]) -> str:
 def orient(log: ImuLog) -> ImuLog:
     """Fill in a missing orientation by VQF (Laidig & Seel 2023).
 
-    From gyroscope, acceleration and, where there is one, the magnetometer. Raises `InputError` without a gyroscope.
+    From gyroscope, acceleration and, where there is one, the magnetometer. Raises `InputError` without a gyroscope, or
+    where what comes of it contradicts gravity.
     """
     if log.q_world_sensor is not None:
         return log
@@ -97,4 +99,6 @@ def orient(log: ImuLog) -> ImuLog:
         else "its heading is magnetic north along +y (ENU): set heading_deg to turn it to the world"
     )
     warning = f"{log.path}: has no orientation; computed from its gyroscope by VQF; {heading}"
-    return dataclasses.replace(log, q_world_sensor=q[nearest], warnings=(*log.warnings, warning))
+    log = dataclasses.replace(log, q_world_sensor=q[nearest], warnings=(*log.warnings, warning))
+    check_gravity_is_up(log, "computed from the gyroscope: is gyr in rad/s, and in the axes of acc?")
+    return log

@@ -10,7 +10,6 @@ use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::rng::branch;
 use crate::{Error, Result};
-use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -134,13 +133,13 @@ impl BodyTracker {
         let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
         let together = ParticleSet::together(&sets);
         let joints = self.figure.key_joints(&together);
-        let root = Vector3::from_column_slice(&joints.moments().0.as_slice()[..3]);
+        let mut joints = joints.summary(joints.dim());
         let since_s = self.first_frame_s.map_or(0.0, |first| time_s - first);
-        let joints = self.method.unseen.added(joints, &self.projection, root, since_s);
+        self.method.unseen.add(&mut joints, &self.projection, since_s);
         BodyEstimate {
             time_s,
             state: together.summary(together.dim()),
-            joints: joints.summary(joints.dim()),
+            joints,
             blobs: most_given(posteriors),
             ess: together.ess(),
             log_evidence: evidence(posteriors),

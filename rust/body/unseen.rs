@@ -1,28 +1,28 @@
-//! What one camera does not see: how far off the body is, how far it leans towards the camera, how far it has turned.
+//! What one camera does not see of the body as a whole: its distance, its lean towards the camera, its turn.
 //!
-//! Each of the three moves every joint along the viewing direction and, to first order, leaves the picture as it was: the
-//! distance all alike, a lean in proportion to a joint's height above the root, a turn to its place beside it. The
-//! 11 channels hold all three, the evidence says nothing of them, so that their posterior is what is known
-//! beforehand: normal, nothing at the first frame (whose pose is given), the whole after some seconds. It is
-//! added to what the particles say, not drawn in the filter, which would spend particles on what no weight tells apart.
+//! Each of the three moves joints along their viewing rays and, to first order and for a trunk that lies in the picture's
+//! plane, leaves the picture as it was: the distance all alike, a lean in proportion to the height above the root, a turn to
+//! the place beside it. An arm goes with its shoulder: how it is foreshortened says where it is from there. The 11 channels
+//! hold all three and the evidence says nothing of them, so that their posterior is what is known beforehand:
+//! normal, nothing at the first frame (whose pose is given), the whole after some seconds. Their covariance is added to
+//! that of the particles, which would be spent on what no weight tells apart were they to draw it.
 
 use super::figure::KEY_JOINTS;
 use crate::Result;
 use crate::error::require;
-use crate::particles::ParticleSet;
+use crate::particles::Summary;
 use crate::projection::Projection;
-use crate::rng::{BLOCK, Streams};
-use nalgebra::Vector3;
-use rand::RngExt;
-use rand_distr::StandardNormal;
+use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// How soon a body forgets the pose of its first frame: the correlation time of an Ornstein-Uhlenbeck process, s.
 const MEMORY_S: f64 = 1.0;
 
-/// How every particle is moved: each of the three as often one way as the other, so that means stay as they are, and any two
-/// as often alike as not, so that they are independent of each other.
-const SIGNS: [[f64; 3]; 4] = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
+/// The joint that a key joint goes with: an elbow or a wrist with its shoulder.
+const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
+
+/// The 97.5 % quantile of the standard normal distribution.
+const QUANTILE: f64 = 1.959_963_984_540_054;
 
 /// Standard deviations of what is not seen; all zero is the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -47,75 +47,67 @@ impl Unseen {
         require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")
     }
 
-    /// Key joints, `(N, 8 * 3)` m, `since_s` after the first frame, spread by what is not seen: every particle four
-    /// times. `root` is where the body is.
-    pub fn added(&self, joints: ParticleSet, projection: &Projection, root: Vector3<f64>, since_s: f64) -> ParticleSet {
+    /// Add it to covariance and bands of the key joints, `(8 * 3,)` m, `since_s` after the first frame. Mean and mode stay.
+    pub fn add(&self, joints: &mut Summary, projection: &Projection, since_s: f64) {
         let grown = (-(-2.0 * since_s / MEMORY_S).exp_m1()).sqrt();
         let sd = [self.distance_m, self.lean, self.turn].map(|sd| sd * grown);
         if sd == [0.0; 3] {
-            return joints;
+            return;
         }
-        let [away, up, beside] = directions(projection.viewing_direction(root));
-        let scores = normal_scores(joints.len());
-        let count = joints.len();
-        let mut spread = ParticleSet::together(&[&joints; SIGNS.len()]);
-        spread.for_each_block(|b, mut block| {
-            for i in 0..block.len() {
-                let (copy, particle) = ((b * BLOCK + i) / count, (b * BLOCK + i) % count);
-                let [off, lean, turn] = [0, 1, 2].map(|k| SIGNS[copy][k] * sd[k] * scores[particle][k]);
-                let hip = [0, 1, 2].map(|d| block.column_mut(d)[i]);
-                for joint in 0..KEY_JOINTS.len() {
-                    let reach = Vector3::from_fn(|d, _| block.column_mut(3 * joint + d)[i] - hip[d]);
-                    let shift = away * (off + lean * reach.dot(&up) + turn * reach.dot(&beside));
-                    for d in 0..3 {
-                        block.column_mut(3 * joint + d)[i] += shift[d];
-                    }
-                }
+        let at = |joint: usize| Vector3::from_fn(|d, _| joints.mean[3 * joint + d]);
+        let [up, beside] = across(projection.viewing_direction(at(0)));
+        // How far each of the three moves each coordinate, one standard deviation of it, `(8 * 3, 3)`.
+        let mut moved = DMatrix::zeros(joints.mean.len(), sd.len());
+        for (joint, with) in GOES_WITH.into_iter().enumerate() {
+            let reach = at(with) - at(0);
+            let along = projection.viewing_direction(at(joint));
+            for (k, depth) in [sd[0], sd[1] * reach.dot(&up), sd[2] * reach.dot(&beside)].into_iter().enumerate() {
+                moved.fixed_view_mut::<3, 1>(3 * joint, k).copy_from(&(along * depth));
             }
-        });
-        spread
-    }
-}
-
-/// Away from the camera, up in the picture and across it, for a world whose y is up.
-fn directions(away: Vector3<f64>) -> [Vector3<f64>; 3] {
-    // From straight above a lean and a turn are not told apart; any direction across will do.
-    let across = Vector3::y().cross(&away).try_normalize(1e-6).unwrap_or(Vector3::x());
-    [away, away.cross(&across), across]
-}
-
-/// Three standard normal numbers a particle, the same in every frame so that bands do not flicker, of mean square one.
-fn normal_scores(count: usize) -> Vec<[f64; 3]> {
-    let mut stream = Streams::new(0, 0, 0).block(0);
-    let mut scores: Vec<[f64; 3]> =
-        (0..count).map(|_| std::array::from_fn(|_| stream.sample(StandardNormal))).collect();
-    for k in 0..3 {
-        let scale = (scores.iter().map(|s| s[k] * s[k]).sum::<f64>() / count as f64).sqrt();
-        for score in &mut scores {
-            score[k] /= scale;
         }
+        let added = &moved * moved.transpose();
+        for (d, band) in joints.bands.iter_mut().enumerate() {
+            // As widths of independent normal errors add up; exact where the particles are normal too.
+            let wider = |half: f64| half.hypot(QUANTILE * added[(d, d)].sqrt()) - half.abs();
+            band.lo -= wider(joints.mean[d] - band.lo);
+            band.hi += wider(band.hi - joints.mean[d]);
+        }
+        joints.covariance += added;
     }
-    scores
+}
+
+/// Up in the picture and across it, for a world whose y is up.
+fn across(away: Vector3<f64>) -> [Vector3<f64>; 2] {
+    // From straight above a lean and a turn are not told apart; any direction across will do.
+    let beside = Vector3::y().cross(&away).try_normalize(1e-6).unwrap_or(Vector3::x());
+    [away.cross(&beside), beside]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::Camera;
+    use crate::particles::ParticleSet;
+    use nalgebra::Matrix3;
+
+    const SD: Unseen = Unseen { distance_m: 0.05, lean: 0.1, turn: 0.2 };
 
     fn close(a: f64, b: f64, within: f64) {
         assert!((a - b).abs() <= within, "{a} is not {b} within {within}");
     }
 
-    fn joints() -> ParticleSet {
-        // 40 particles: a root that stands still, seven joints half a metre up and 0.2 m beside, a little apart.
+    /// Of weighted particles: a root, seven joints half a metre above and 0.2 m beside it.
+    fn joints() -> Summary {
         let row = |i: usize| {
-            let mut row = vec![0.1, 1.0, 0.0];
-            for joint in 1..8 {
-                row.extend([0.3, 1.5, 0.001 * (i * joint) as f64]);
-            }
-            row
+            let of = move |joint: usize| {
+                let spread = 0.001 * (i * joint) as f64;
+                if joint == 0 { [0.1, 1.0, 3.0] } else { [0.3 + spread, 1.5 - spread, 3.0 + spread] }
+            };
+            (0..8).flat_map(of)
         };
-        ParticleSet::from_rows(24, &(0..40).flat_map(row).collect::<Vec<_>>()).unwrap()
+        let mut set = ParticleSet::from_rows(24, &(0..40).flat_map(row).collect::<Vec<_>>()).unwrap();
+        set.reweigh(&(0..40).map(|i| -0.1 * f64::from(i)).collect::<Vec<_>>()).unwrap();
+        set.summary(24)
     }
 
     fn front() -> Projection {
@@ -124,42 +116,69 @@ mod tests {
 
     #[test]
     fn depth_is_spread_and_nothing_else() {
-        let unseen = Unseen { distance_m: 0.05, lean: 0.1, turn: 0.2 };
-        let (seen, all) = (joints().summary(24), unseen.added(joints(), &front(), Vector3::zeros(), 1e3).summary(24));
+        let (seen, mut all) = (joints(), joints());
+        SD.add(&mut all, &front(), 1e3);
+        assert_eq!((&seen.mean, &seen.mode), (&all.mean, &all.mode));
         for d in 0..24 {
-            close(seen.mean[d], all.mean[d], 1e-12);
             let added = all.covariance[(d, d)] - seen.covariance[(d, d)];
-            // Of the root the distance alone; above and beside it lean and turn too, drawn independently of each other.
-            let (off, lean, turn) = (0.05f64.powi(2), 0.05f64.powi(2), 0.04f64.powi(2));
-            match d {
-                _ if d % 3 < 2 => close(added, 0.0, 1e-12),
-                2 => close(added, off, 1e-12),
-                _ => close(added, off + lean + turn, 1e-12),
+            let (before, after) = (seen.bands[d], all.bands[d]);
+            if d % 3 < 2 {
+                assert_eq!((added, before), (0.0, after));
+                continue;
             }
+            let (up, beside) = (all.mean[3 * GOES_WITH[d / 3] + 1] - 1.0, all.mean[3 * GOES_WITH[d / 3]] - 0.1);
+            close(added, 0.05f64.powi(2) + (0.1 * up).powi(2) + (0.2 * beside).powi(2), 1e-12);
+            let half = (all.mean[d] - before.lo).hypot(QUANTILE * added.sqrt());
+            close(all.mean[d] - after.lo, half, 1e-12);
+            assert!(after.hi > before.hi);
         }
+        // What moves the root moves the wrists with it.
+        close(all.covariance[(2, 23)] - seen.covariance[(2, 23)], 0.05f64.powi(2), 1e-12);
     }
 
     #[test]
     fn it_grows_from_nothing() {
-        let unseen = Unseen { distance_m: 0.05, lean: 0.1, turn: 0.1 };
         let sd = |since_s: f64| {
-            unseen.added(joints(), &front(), Vector3::zeros(), since_s).summary(24).covariance[(2, 2)].sqrt()
+            let mut all = joints();
+            SD.add(&mut all, &front(), since_s);
+            all.covariance[(2, 2)].sqrt()
         };
-        assert_eq!(unseen.added(joints(), &front(), Vector3::zeros(), 0.0), joints());
-        assert!(sd(0.1) < sd(0.5) && sd(0.5) < sd(5.0));
+        let mut at_once = joints();
+        SD.add(&mut at_once, &front(), 0.0);
+        assert_eq!(at_once, joints());
         close(sd(50.0), 0.05, 1e-12);
         close(sd(0.5), 0.05 * (1.0 - (-1.0f64).exp()).sqrt(), 1e-12);
+    }
+
+    /// Through a pinhole every joint has a ray of its own.
+    #[test]
+    fn pixels_stay_where_they_are() {
+        let matrix = Matrix3::new(500.0, 0.0, 160.0, 0.0, 500.0, 120.0, 0.0, 0.0, 1.0);
+        let camera = Camera::new(matrix, [0.0; 5], Matrix3::identity(), Vector3::zeros()).unwrap();
+        let projection = Projection::Pinhole(Box::new(camera));
+        let (seen, mut all) = (joints(), joints());
+        SD.add(&mut all, &projection, 1e3);
+        for joint in 0..8 {
+            let at = Vector3::from_fn(|d, _| all.mean[3 * joint + d]);
+            let added = (&all.covariance - &seen.covariance).fixed_view::<3, 3>(3 * joint, 3 * joint).into_owned();
+            // All of it lies along the ray.
+            let ray = projection.viewing_direction(at);
+            close((added - ray * ray.transpose() * added.trace()).amax(), 0.0, 1e-12);
+            let (before, after) = (projection.see(at.into()), projection.see((at + 0.1 * ray).into()));
+            close(before.u, after.u, 1e-9);
+            close(before.v, after.v, 1e-9);
+        }
     }
 
     #[test]
     fn directions_are_at_right_angles() {
         for away in [Vector3::z(), -Vector3::z(), Vector3::new(0.3, -0.4, 0.8).normalize(), -Vector3::y()] {
-            let [a, u, s] = directions(away);
-            for (x, y) in [(a, u), (a, s), (u, s)] {
+            let [up, beside] = across(away);
+            for (x, y) in [(away, up), (away, beside), (up, beside)] {
                 close(x.dot(&y), 0.0, 1e-12);
             }
-            close(u.norm(), 1.0, 1e-12);
-            close(s.norm(), 1.0, 1e-12);
+            close(up.norm(), 1.0, 1e-12);
+            close(beside.norm(), 1.0, 1e-12);
         }
     }
 
@@ -167,9 +186,9 @@ mod tests {
     fn ranges() {
         assert!(Unseen { distance_m: 0.0, lean: 0.0, turn: 0.0 }.check().is_ok());
         for bad in [-0.1, f64::NAN, f64::INFINITY] {
-            assert!(Unseen { distance_m: bad, lean: 0.0, turn: 0.0 }.check().is_err());
-            assert!(Unseen { distance_m: 0.0, lean: bad, turn: 0.0 }.check().is_err());
-            assert!(Unseen { distance_m: 0.0, lean: 0.0, turn: bad }.check().is_err());
+            assert!(Unseen { distance_m: bad, ..SD }.check().is_err());
+            assert!(Unseen { lean: bad, ..SD }.check().is_err());
+            assert!(Unseen { turn: bad, ..SD }.check().is_err());
         }
     }
 }

@@ -1,0 +1,139 @@
+"""Whether what an IMU says of itself agrees: gyroscope, orientation and gravity, and that none of them stands still."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+from pytracker.formats.imu_log import ImuLog
+from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector, rotate
+
+__all__ = ["check_gravity_is_up", "check_turns", "repeats"]
+
+Float = NDArray[np.float64]
+
+GRAVITY = 9.80665
+UP_TOLERANCE = 0.35
+"""How far the mean acceleration in the world may be from gravity, as a share of it."""
+TURN_S = 0.1
+"""Turns are compared over so long: short beside a swing of the arm, long beside a sample, s."""
+STILL_S = 0.5
+STILL_RAD = 0.3
+"""A still gyroscope is looked for where the orientation turns by so much in so long: many times its noise."""
+TURNING = 0.5
+"""What counts as turning, rad/s."""
+ENOUGH_S = 1.0
+"""Less turning than this says nothing; a sensor that repeats itself for longer hangs, s."""
+AGREE = (0.5, 2.0)
+"""Ratios of the two rates, axis by axis: beyond these they contradict each other."""
+ODD = (0.75, 1.33)
+"""Beyond these one of them is odd, such as one that lags or is scaled."""
+AXES = "xyz"
+
+
+def check_gravity_is_up(log: ImuLog, hint: str) -> None:
+    """Turned to the world and averaged, acceleration is gravity: up, 9.81. Raises `InputError`, with `hint`."""
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    mean = rotate(log.q_world_sensor, log.acc).mean(axis=0)
+    up = np.array([0.0, 0.0, GRAVITY])
+    if np.linalg.norm(mean - up) <= UP_TOLERANCE * GRAVITY:
+        return
+    inverse = rotate(conjugate(log.q_world_sensor), log.acc).mean(axis=0)
+    if np.linalg.norm(inverse - up) <= UP_TOLERANCE * GRAVITY:
+        hint += "; the inverse fits, so these seem to take the world to the sensor"
+    raise InputError(
+        f"{log.path}: turned by the orientation, the mean acceleration is "
+        f"({mean[0]:.2f}, {mean[1]:.2f}, {mean[2]:.2f}) m/s², expected about (0, 0, 9.81): {hint}"
+    )
+
+
+def check_turns(log: ImuLog) -> list[str]:
+    """What the gyroscope measures is what the orientation does.
+
+    Returns a warning where one is odd. Raises `InputError` where they contradict each other: a unit, an axis, a sign, a
+    sensor that stands still.
+    """
+    if log.gyr is None or log.q_world_sensor is None:
+        return []
+    _check_gyroscope_moves(log)
+    by_gyroscope, by_orientation, lasted, _ = _turns(log, TURN_S)
+    ratio = np.ones(3)
+    for axis in range(3):
+        # Chosen by the gyroscope, whose noise is small: noise of the orientation then averages out.
+        turning = np.abs(by_gyroscope[:, axis]) > TURNING * lasted
+        if lasted[turning].sum() >= ENOUGH_S:
+            g, o = by_gyroscope[turning, axis], by_orientation[turning, axis]
+            ratio[axis] = np.sum(g * o) / np.sum(g * g)
+    odd = np.flatnonzero((ratio < ODD[0]) | (ratio > ODD[1]))
+    if not odd.size:
+        return []
+    found = ", ".join(f"{ratio[axis]:.3g} times about {AXES[axis]}" for axis in odd)
+    words = f"{log.path}: the orientation turns as the gyroscope does {found}, expected 1"
+    if np.all((ratio >= AGREE[0]) & (ratio <= AGREE[1])):
+        return [f"{words}: does one of them lag, or have another scale?"]
+    raise InputError(f"{words}: {_reason(ratio[odd])}")
+
+
+def _reason(ratio: Float) -> str:
+    if np.all((ratio > 1 / 80) & (ratio < 1 / 40)):
+        return "is gyr in degrees per second? Radians are expected"
+    if np.all(np.abs(ratio) < 0.1):
+        return "does the orientation stand still, or the two have other axes?"
+    return "do their axes, signs or units differ?"
+
+
+def _check_gyroscope_moves(log: ImuLog) -> None:
+    """Whatever way a body takes from one orientation to another, it turns by at least the angle between them."""
+    _, turned, lasted, start = _turns(log, STILL_S)
+    angle, path = np.linalg.norm(turned, axis=1), _turns(log, STILL_S, path=True)[0]
+    still = np.flatnonzero((angle > STILL_RAD) & (path < AGREE[0] * angle))
+    if len(still) < 2:
+        return
+    first = still[0]
+    raise InputError(
+        f"{log.path}:{log.lines[start[first]]}: the orientation turns by {angle[first]:.3g} rad in {lasted[first]:.3g} "
+        f"s and the gyroscope by {path[first]:.3g}, expected at least as much ({len(still)} of {len(angle)} such "
+        "stretches): does the gyroscope stand still, or is it in other units than rad/s?"
+    )
+
+
+def _turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Float, Float, NDArray[np.intp]]:
+    """What both say of stretches of `over_s` without gaps.
+
+    Returns the turn by the gyroscope `(K, 3)` rad, or its path `(K,)` where asked; the turn by the orientation `(K, 3)`
+    rad; how long each lasts `(K,)` s; its first sample `(K,)`.
+    """
+    assert log.gyr is not None
+    assert log.q_world_sensor is not None
+    interval = np.diff(log.time_s)
+    at = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1], over_s)))
+    rate = np.linalg.norm(log.gyr, axis=1, keepdims=True) if path else log.gyr
+    steps = 0.5 * (rate[1:] + rate[:-1]) * interval[:, None]
+    turned = np.diff(np.concatenate([np.zeros((1, rate.shape[1])), np.cumsum(steps, axis=0)])[at], axis=0)
+    q = log.q_world_sensor[at]
+    by_orientation = quaternion_to_rotation_vector(multiply(conjugate(q[:-1]), q[1:]))
+    longest = np.maximum.reduceat(interval, at[:-1]) if len(at) > 1 else np.empty(0)
+    whole = longest <= 1.5 * over_s
+    return (
+        (turned[:, 0] if path else turned)[whole],
+        by_orientation[whole],
+        np.diff(log.time_s[at])[whole],
+        at[:-1][whole],
+    )
+
+
+def repeats(log: ImuLog) -> list[str]:
+    """Warns of an IMU that says the same for long: noise never does, a sensor that hangs does."""
+    said = [values for values in (log.acc, log.gyr, log.mag) if values is not None]
+    changes = np.flatnonzero(np.any(np.diff(np.hstack(said), axis=0) != 0, axis=1)) + 1
+    starts, ends = np.concatenate([[0], changes]), np.concatenate([changes - 1, [len(log.time_s) - 1]])
+    lasted = log.time_s[ends] - log.time_s[starts]
+    longest = int(np.argmax(lasted))
+    if lasted[longest] <= ENOUGH_S:
+        return []
+    return [
+        f"{log.path}:{log.lines[starts[longest]]}: every reading stays the same for {lasted[longest]:.3f} s, expected "
+        "some noise: did the sensor hang?"
+    ]
