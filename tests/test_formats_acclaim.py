@@ -155,6 +155,7 @@ def test_a_bone_that_is_missing_is_said(tmp_path: Path) -> None:
         ("\n2\n", "\n2.5\n", "8: '2.5' stands alone, expected a frame number"),
         ("\n2\n", "\n\u00b2\n", "stands alone, expected a frame number"),
         ("arm -30", "arm x", "7: arm has the value 'x', expected a finite number"),
+        ("arm -30", "arm 1e300", "7: arm has the value '1e300', expected at most 5729.58 in the file's units"),
         ("arm -30", "arm inf", "7: arm has the value 'inf', expected a finite number"),
         ("arm -30", "leg -30", "7: bone 'leg' is not in the skeleton, expected one of: root, spine, arm"),
         ("arm -31", "arm -31\narm -31", "10: bone 'arm' is there twice in frame 2, expected once"),

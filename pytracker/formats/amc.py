@@ -21,6 +21,9 @@ from pytracker.skeleton import Skeleton
 
 __all__ = ["Motion", "read_amc", "write_amc"]
 
+MOST = 100.0
+"""Nobody is farther off in metres, or has turned farther in radians (16 turns)."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -65,12 +68,13 @@ class _Reader:
     """The frames read so far."""
 
     def __init__(self, path: Path, skeleton: Skeleton) -> None:
-        self.path, self.in_degrees = path, skeleton.in_degrees
+        self.path, self.skeleton, self.in_degrees = path, skeleton, skeleton.in_degrees
         self.columns, self.channels = _columns(skeleton), len(skeleton.channels)
         self.frames: list[list[float]] = []
         self.numbers: list[int] = []
         self.seen: dict[str, int] = {}
         self._number = 0
+        self._most = np.empty(0)
         self._in_frame: set[str] = set()
 
     def keyword(self, word: str) -> None:
@@ -82,6 +86,8 @@ class _Reader:
             raise InputError(
                 f"{self.path}:{line}: frame {number} after frame {self._number}, expected increasing numbers"
             )
+        if not self.frames:
+            self._most = MOST / _scale(self.skeleton, self.in_degrees)
         self._number, self._in_frame = number, set()
         self.numbers.append(number)
         self.frames.append([0.0] * self.channels)
@@ -103,7 +109,7 @@ class _Reader:
         self._in_frame.add(name)
         self.seen[name] = self.seen.get(name, 0) + 1
         for column, word in zip(where, words, strict=True):
-            self.frames[-1][column] = _value(self.path, line, name, word)
+            self.frames[-1][column] = _value(place, name, word, self._most[column])
 
 
 def _columns(skeleton: Skeleton) -> dict[str, list[int]]:
@@ -116,13 +122,18 @@ def _columns(skeleton: Skeleton) -> dict[str, list[int]]:
     return columns
 
 
-def _value(path: Path, line: int, name: str, word: str) -> float:
+def _value(place: str, name: str, word: str, most: float) -> float:
     try:
         value = float(word)
     except ValueError:
         value = math.nan
     if not math.isfinite(value) or "_" in word:
-        raise InputError(f"{path}:{line}: {name} has the value {word!r}, expected a finite number")
+        raise InputError(f"{place}: {name} has the value {word!r}, expected a finite number")
+    if abs(value) > most:
+        raise InputError(
+            f"{place}: {name} has the value {word!r}, expected at most {most:.6g} in the file's units, "
+            f"{MOST:g} m or rad"
+        )
     return value
 
 
