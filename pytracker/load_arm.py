@@ -251,6 +251,12 @@ def _start_from_ray(path: Path, arm: ArmEntry, view: View, imu: Imu) -> tuple[Tr
         )
     half = float(np.sqrt(max(arm.upper_arm_m**2 - miss**2, 0.0)))
     near, far = origin + (nearest - half) * ray, origin + (nearest + half) * ray
+    if half == 0.0:
+        return triple(near), [
+            f"{path}: arm.wrist_start_m is not given, and the patch's ray passes {miss - arm.upper_arm_m:.3f} m from "
+            f"where the arm can reach; its nearest point, {np.round(near, 3).tolist()} m, is taken: check camera, "
+            "shoulder_m, arm lengths and the IMU's heading_deg and mount"
+        ]
     warning = (
         f"{path}: arm.wrist_start_m is not given; the patch's ray meets the arm sphere at "
         f"{np.round(near, 3).tolist()} and {np.round(far, 3).tolist()} m; the nearer to "

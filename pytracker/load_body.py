@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 import sys
 from pathlib import Path
@@ -18,7 +19,7 @@ from pytracker.projection import camera_of, fit_weak_perspective
 from pytracker.recording import BodyRecording, BodyView, Camera, ProjectionFit, Truth, WeakPerspective
 from pytracker.rotation import Array
 from pytracker.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, InitialEntry, SkeletonEntry
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton import UPPER_BODY, Skeleton
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -210,7 +211,10 @@ def _angles(file: Path, skeleton: Skeleton) -> Array:
     pose = np.zeros(len(skeleton.channels))
     for name, value in values.items():
         if name not in skeleton.channels:
-            raise InputError(f"{file}: {name} is no channel of the skeleton, expected such as {skeleton.channels[-1]}")
+            near = difflib.get_close_matches(name, skeleton.channels, n=1)
+            raise InputError(
+                f"{file}: {name} is no channel of the skeleton, expected such as {(near or UPPER_BODY)[0]}"
+            )
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
             raise InputError(
                 f"{file}: {name} is {str(value)[:40]}, expected a number within ±{MOST:g} (degrees; root_tx, root_ty, "

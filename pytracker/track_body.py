@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -20,6 +21,13 @@ from pytracker.rotation import Array
 from pytracker.skeleton import UPPER_BODY, upper_body_parts
 
 __all__ = ["BodyTrack", "make_tracker", "silhouette_of", "track_body"]
+
+LOOK_EVERY = 10
+"""In every so many frames it is looked whether the skeleton stands on the person."""
+ABOUT_M = 0.08
+"""Clothes of the wall's colour leave holes in the foreground, m."""
+LEAST_ON_PERSON = 0.6
+"""Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,6 +90,7 @@ def track_body(
     estimates: list[BodyEstimate] = []
     times: list[float] = []
     lost = ""
+    on_person: list[float] = []
     for frame_time_s, evidence in _ahead(recording, silhouette, stage_s):
         times.append(frame_time_s)
         if lost:
@@ -92,16 +101,48 @@ def track_body(
         except TrackingError as error:
             lost = f"frame {len(times) - 1}: {error}"
         stage_s["filter"] += time.perf_counter() - at
+        if not lost and len(estimates) % LOOK_EVERY == 1:
+            on_person.append(_share_on_person(recording, estimates[-1], evidence))
         if progress is not None and len(times) % 30 == 0:
             progress("track", len(times))
     if not estimates:
         raise TrackingError(lost)
     track = _assemble(recording, method, seed, tracker, np.array(times), estimates, stage_s, lost)
+    track = dataclasses.replace(track, warnings=_doubts(recording, on_person))
     if lost:
         loss = TrackingError(lost)
         loss.track = track
         raise loss
     return track
+
+
+def _share_on_person(recording: BodyRecording, estimate: BodyEstimate, evidence: BodyEvidence) -> float:
+    """Of the key joints, how many have foreground about them."""
+    camera, joints = recording.view.camera, estimate.joints[0]
+    pixels, reach = camera.project(joints), ABOUT_M * camera.px_per_m(joints)
+    on_person = 0
+    for (u, v), px in zip(pixels, reach, strict=True):
+        if np.isfinite([u, v, px]).all():
+            rows, columns = (slice(max(0, round(x - px)), max(0, round(x + px) + 1)) for x in (v, u))
+            on_person += bool(evidence.foreground[rows, columns].any())
+    return on_person / len(joints)
+
+
+def _doubts(recording: BodyRecording, on_person: list[float]) -> tuple[str, ...]:
+    """A skeleton that stands beside the person is tracked as surely as one that does not."""
+    where = recording.folder or recording.view.video
+    if on_person[0] < LEAST_ON_PERSON:
+        return (
+            f"{where}: at the first frame {on_person[0]:.0%} of the joints are on the foreground, expected "
+            f"{LEAST_ON_PERSON:.0%} at least: check the first pose, the skeleton and the camera, and that the "
+            "background does not hold the person",
+        )
+    if np.mean(on_person) < LEAST_ON_PERSON:
+        return (
+            f"{where}: {np.mean(on_person):.0%} of the joints are on the foreground, expected {LEAST_ON_PERSON:.0%} at "
+            "least: see the overlay for whether the skeleton has left the person",
+        )
+    return ()
 
 
 def _ahead(

@@ -64,6 +64,25 @@ def test_the_first_frame_is_the_pose_given(body: pt.BodyRecording) -> None:
     assert track.joints["head"].sd[0] == pytest.approx([0, 0, 0], abs=1e-12)
 
 
+def test_a_skeleton_beside_the_person_is_said(simulated_body: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "beside"
+    folder.mkdir()
+    for name in ("video.mp4", "background.png", "points.csv"):
+        shutil.copy(simulated_body / name, folder / name)
+    (folder / "initial.toml").write_text("")  # arms stretched out, the root at the floor
+    (folder / "recording.toml").write_text(
+        'schema = 1\nkind = "body"\n[[camera]]\nvideo = "video.mp4"\nbackground = "background.png"\n'
+        'points = "points.csv"\n[skeleton]\nheight_m = 1.75\n[initial]\nangles = "initial.toml"\n'
+    )
+    recording = pt.load(folder)
+    (warning,) = pt.track(recording, pt.Partitioned(particles=50), 1).warnings
+    assert f"{folder}: at the first frame " in warning
+    assert "of the joints are on the foreground, expected 60% at least: check the first pose" in warning
+    assert pt.track(pt.load(simulated_body), pt.Partitioned(particles=50), 1).warnings == ()
+    pt.write_report([pt.track(recording, pt.BodyPlain(particles=50), 1)], tmp_path / "report")
+    assert "expected 60% at least: check the first pose" in (tmp_path / "report" / "index.html").read_text("utf-8")
+
+
 def test_evidence_is_said_only_where_weights_are_likelihoods(body: pt.BodyRecording) -> None:
     logs = {method.name: pt.track(body, method, 1).log_evidence for method in METHODS}
     assert np.isnan(logs["plain"]).all()

@@ -95,7 +95,7 @@ def test_readme_example_runs(
     scope: dict[str, object] = {}
     for block in blocks:
         exec(compile(block, "README.md", "exec"), scope)  # noqa: S102
-    assert (tmp_path / "report" / "index.html").is_file()
+    assert (tmp_path / "trial03-report" / "index.html").is_file()
 
 
 def test_no_machine_paths_and_no_shared_data() -> None:

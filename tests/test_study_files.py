@@ -88,3 +88,9 @@ def test_the_readmes_study_is_one(tmp_path: Path) -> None:
     assert [recording.name for recording in study.recordings] == ["trial03", "circle"]
     assert [getattr(method, "particles", 0) for method in study.methods] == [100, 500, 2000]
     assert len(study.seeds) == 10
+
+
+def test_the_tables_studies_are_such() -> None:
+    for name, count in (("arm-table", 8), ("body-table", 3)):
+        study = pt.read_study(Path(__file__).parents[1] / "docs" / f"{name}.toml")
+        assert (len(study.methods), len(study.seeds)) == (count, 10)

@@ -44,7 +44,7 @@ def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
     if scores is not None:
         wrist = scores.joints["wrist"]
         words += (
-            f" Against the measured truth the wrist is {100 * wrist.rms_m:.1f} cm off (3-D root mean square), at worst "
+            f" Against the truth the wrist is {100 * wrist.rms_m:.1f} cm off (3-D root mean square), at worst "
             f"{100 * wrist.worst_m:.1f} cm, and the bands hold the truth in "
             f"{', '.join(f'{100 * c:.0f} %' for c in wrist.coverage)} of the frames (x, y, z; 95 % would be ideal)."
         )
@@ -56,7 +56,7 @@ def _figures(tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Scores |
         (
             "Wrist over time",
             f"Wrist position per axis over time by {len(tracks)} method(s), with the 95 % band of {labels[0]}"
-            + (" and the measured truth" if scores else ""),
+            + (" and the truth" if scores else ""),
             figures.trajectories(tracks, labels),
         )
     ]

@@ -7,6 +7,7 @@ from the side, where the depth is.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -77,7 +78,8 @@ def one_cycle(cycle: Cycle) -> str:
                 for column, (title, cloud) in enumerate(stages):
                     axes = panels[row, column]
                     if s == 0:
-                        axes.set_title(f"{number + 1}{'abcd'[column]}  {title}", fontsize=7.5)
+                        words = textwrap.fill(f"{number + 1}{'abcd'[column]}  {title}", 30)
+                        axes.set_title(words, fontsize=7.5)
                     if cloud is None:
                         axes.text(0.5, 0.5, "not resampled", transform=axes.transAxes, ha="center", color="#5a636d")
                     else:

@@ -62,7 +62,7 @@ def render(
         figures=figures,
         has_overlay=has_overlay,
         lost=_lost(main),
-        warnings=main.recording.warnings,
+        warnings=dict.fromkeys((*main.recording.warnings, *(w for track in tracks for w in track.warnings))),
         parameters=[
             (label, track.seed, track.method.parameters()) for label, track in zip(labels, tracks, strict=True)
         ],

@@ -123,6 +123,7 @@ def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -
                     "parameters": track.method.parameters(),
                     "seed": track.seed,
                     "lost": track.lost,
+                    "warnings": list(track.warnings),
                     "run_time_s": {stage: round(seconds, 4) for stage, seconds in track.stage_s.items()},
                 }
                 for track, label in zip(tracks, labels, strict=True)
