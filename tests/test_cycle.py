@@ -107,7 +107,7 @@ def test_figures_show_ray_sphere_and_every_layer(circle: Simulated, body: pt.Bod
     drawn = snapshots([[cycle, cycle], [cycle, cycle]], ["one", "two"])
     assert drawn.count("frame 20: ESS") == 4
     of_body = one_cycle(pt.record_cycle(body, pt.Partitioned(particles=40), 3, frame=10))
-    for words in ("particles: left wrist", "3d", "depth, towards the camera", "diffusion of right arm"):
+    for words in ("particles: left wrist", "3d", "depth, towards the camera", "predicted: diffusion of", "right arm"):
         assert words in of_body
 
 
