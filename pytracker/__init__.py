@@ -30,6 +30,7 @@ from pytracker._core import (
 from pytracker.average_skeleton import average_skeleton
 from pytracker.body_methods import Annealed, BodyPlain, Partitioned
 from pytracker.cycle import Cloud, Cycle, CycleLayer, record_cycle
+from pytracker.doubts import doubts
 from pytracker.evaluate import JointScores, Scores, evaluate
 from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
 from pytracker.evidence.sightings import Sightings, sight
@@ -123,6 +124,7 @@ __all__ = [
     "WeakPerspective",
     "__version__",
     "average_skeleton",
+    "doubts",
     "evaluate",
     "fit_weak_perspective",
     "load",

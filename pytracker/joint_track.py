@@ -49,7 +49,6 @@ class Track:
         reason: why not `(T,)`.
         stage_s: run time of each stage, s; never compared.
         lost: the error that ended the track early; empty where it did not.
-        warnings: what the evidence says against the track, in words.
     """
 
     method: Method
@@ -63,4 +62,3 @@ class Track:
     reason: tuple[str, ...]
     stage_s: Mapping[str, float] = field(default_factory=dict)
     lost: str = ""
-    warnings: tuple[str, ...] = ()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -26,8 +25,6 @@ LOOK_EVERY = 10
 """In every so many frames it is looked whether the skeleton stands on the person."""
 ABOUT_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""
-LEAST_ON_PERSON = 0.6
-"""Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -41,6 +38,7 @@ class BodyTrack(Track):
         free: names of the channels that were tracked `(D,)`.
         angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad.
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
+        on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
     """
 
     method: BodyMethod
@@ -49,6 +47,7 @@ class BodyTrack(Track):
     free: tuple[str, ...]
     angles: Array
     blobs: Array
+    on_person: Array
 
 
 def make_tracker(recording: BodyRecording, method: BodyMethod, seed: int = 0) -> BodyTracker:
@@ -107,8 +106,7 @@ def track_body(
             progress("track", len(times))
     if not estimates:
         raise TrackingError(lost)
-    track = _assemble(recording, method, seed, tracker, np.array(times), estimates, stage_s, lost)
-    track = dataclasses.replace(track, warnings=_doubts(recording, on_person))
+    track = _assemble(recording, method, seed, tracker, np.array(times), estimates, on_person, stage_s, lost)
     if lost:
         loss = TrackingError(lost)
         loss.track = track
@@ -126,23 +124,6 @@ def _share_on_person(recording: BodyRecording, estimate: BodyEstimate, evidence:
             rows, columns = (slice(max(0, round(x - px)), max(0, round(x + px) + 1)) for x in (v, u))
             on_person += bool(evidence.foreground[rows, columns].any())
     return on_person / len(joints)
-
-
-def _doubts(recording: BodyRecording, on_person: list[float]) -> tuple[str, ...]:
-    """A skeleton that stands beside the person is tracked as surely as one that does not."""
-    where = recording.folder or recording.view.video
-    if on_person[0] < LEAST_ON_PERSON:
-        return (
-            f"{where}: at the first frame {on_person[0]:.0%} of the joints are on the foreground, expected "
-            f"{LEAST_ON_PERSON:.0%} at least: check the first pose, the skeleton and the camera, and that the "
-            "background does not hold the person",
-        )
-    if np.mean(on_person) < LEAST_ON_PERSON:
-        return (
-            f"{where}: {np.mean(on_person):.0%} of the joints are on the foreground, expected {LEAST_ON_PERSON:.0%} at "
-            "least: see the overlay for whether the skeleton has left the person",
-        )
-    return ()
 
 
 def _ahead(
@@ -172,6 +153,7 @@ def _assemble(
     tracker: BodyTracker,
     time_s: Array,
     estimates: list[BodyEstimate],
+    on_person: list[float],
     stage_s: dict[str, float],
     lost: str,
 ) -> BodyTrack:
@@ -207,6 +189,7 @@ def _assemble(
         free=method.free or UPPER_BODY,
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
         blobs=blobs,
+        on_person=np.array(on_person),
         stage_s=stage_s,
         lost=lost,
     )

@@ -75,10 +75,10 @@ def test_a_skeleton_beside_the_person_is_said(simulated_body: Path, tmp_path: Pa
         'points = "points.csv"\n[skeleton]\nheight_m = 1.75\n[initial]\nangles = "initial.toml"\n'
     )
     recording = pt.load(folder)
-    (warning,) = pt.track(recording, pt.Partitioned(particles=50), 1).warnings
+    (warning,) = pt.doubts(pt.track(recording, pt.Partitioned(particles=50), 1))
     assert f"{folder}: at the first frame " in warning
     assert "of the joints are on the foreground, expected 60% at least: check the first pose" in warning
-    assert pt.track(pt.load(simulated_body), pt.Partitioned(particles=50), 1).warnings == ()
+    assert pt.doubts(pt.track(pt.load(simulated_body), pt.Partitioned(particles=50), 1)) == ()
     pt.write_report([pt.track(recording, pt.BodyPlain(particles=50), 1)], tmp_path / "report")
     assert "expected 60% at least: check the first pose" in (tmp_path / "report" / "index.html").read_text("utf-8")
 

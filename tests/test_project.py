@@ -51,7 +51,7 @@ def test_data_flows_one_way() -> None:
     stages = [
         ["rotation"], ["skeleton", "average_skeleton"], ["formats"], ["recording"], ["projection"],
         ["load", "load_arm", "load_body"], ["evidence"], ["joint_track", "track", "track_arm", "track_body"],
-        ["cycle"], ["evaluate"], ["study"], ["report"], ["reproduce"], ["cli"],
+        ["doubts"], ["cycle"], ["evaluate"], ["study"], ["report"], ["reproduce"], ["cli"],
     ]  # fmt: skip
     order = {name: number for number, names in enumerate(stages) for name in names}
     for path in PACKAGE.rglob("*.py"):

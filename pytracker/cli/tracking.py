@@ -105,7 +105,7 @@ def track(
                 print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
-    warn(result.warnings)
+    warn(pt.doubts(result))
     if result.valid.mean() < FEW_VALID:
         unseen = len(result.valid) - int(result.valid.sum())
         warn((f"{folder}: {unseen} of {len(result.valid)} frames are not valid, see reason in track.csv",))
@@ -132,7 +132,7 @@ def report(
     with frames_bar(quiet) as progress:
         tracks = track_all(recording, chosen, seed, progress)
         pt.write_report(tracks, out, force=force, progress=progress)
-    warn(tuple(dict.fromkeys(warning for result in tracks for warning in result.warnings)))
+    warn(tuple(dict.fromkeys(warning for result in tracks for warning in pt.doubts(result))))
     if recording.truth is not None:
         print_comparison(tracks, quiet)
     say(f"report: {out / 'index.html'}", quiet)

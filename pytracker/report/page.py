@@ -10,6 +10,7 @@ from importlib import resources
 import jinja2
 
 from pytracker._core import __version__
+from pytracker.doubts import doubts
 from pytracker.evaluate import Scores
 from pytracker.joint_track import Track
 
@@ -62,7 +63,7 @@ def render(
         figures=figures,
         has_overlay=has_overlay,
         lost=_lost(main),
-        warnings=dict.fromkeys((*main.recording.warnings, *(w for track in tracks for w in track.warnings))),
+        warnings=dict.fromkeys((*main.recording.warnings, *(doubt for track in tracks for doubt in doubts(track)))),
         parameters=[
             (label, track.seed, track.method.parameters()) for label, track in zip(labels, tracks, strict=True)
         ],

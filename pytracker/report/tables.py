@@ -15,6 +15,7 @@ import numpy as np
 
 from pytracker._core import InputError, __version__
 from pytracker.digest import sha256_of
+from pytracker.doubts import doubts
 from pytracker.evaluate import Scores
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.joint_track import JointTrack, Track
@@ -123,7 +124,7 @@ def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -
                     "parameters": track.method.parameters(),
                     "seed": track.seed,
                     "lost": track.lost,
-                    "warnings": list(track.warnings),
+                    "doubts": list(doubts(track)),
                     "run_time_s": {stage: round(seconds, 4) for stage, seconds in track.stage_s.items()},
                 }
                 for track, label in zip(tracks, labels, strict=True)

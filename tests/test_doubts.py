@@ -1,0 +1,42 @@
+"""A description that does not fit its recording is told by the data; one that does is left alone."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.evidence.sightings import Sightings
+from pytracker.rotation import multiply, rotation_vector_to_quaternion
+from pytracker.simulate.arm import ArmSimulation
+
+
+def tracked(pattern: str, seed: int, heading_deg: float = 0.0, offset_s: float = 0.0) -> pt.ArmTrack:
+    """A simulated recording, 4 px, whose IMU is said to be turned and late."""
+    simulation = ArmSimulation(pt.ArmScene(pattern=pattern, duration_s=12.0), seed)
+    recording = simulation.recording()
+    imu = recording.imus[0]
+    turn = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.radians(heading_deg)]))
+    q = np.ascontiguousarray(multiply(turn, imu.q_world_sensor))
+    imu = dataclasses.replace(imu, q_world_sensor=q, time_s=imu.time_s + offset_s)
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
+    return pt.track(
+        dataclasses.replace(recording, imus=(imu,)), pt.Ekf(corrections=("colour", "arm_length")), sightings=sightings
+    )
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle", "reach"])
+def test_a_heading_that_is_off_is_told(pattern: str) -> None:
+    for seed in (1, 2, 3):
+        assert pt.doubts(tracked(pattern, seed)) == ()
+        (doubt,) = pt.doubts(tracked(pattern, seed, heading_deg=20.0))
+        assert "camera and IMU agree better with heading_deg turned by -20° (log evidence +" in doubt
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle"])
+def test_a_clock_that_is_off_is_told(pattern: str) -> None:
+    for seed in (1, 2, 3):
+        (doubt,) = pt.doubts(tracked(pattern, seed, offset_s=0.2))
+        assert "agree better with offset_s changed by -0.2 s (log evidence +" in doubt
