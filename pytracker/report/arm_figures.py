@@ -77,7 +77,7 @@ def path_3d(tracks: Sequence[ArmTrack], labels: Sequence[str]) -> str:
         wrist, elbow = track.joints["wrist"].mean, track.joints["elbow"].mean
         axes.plot(*(100 * wrist).T, color=COLOURS[0], lw=1.0, label=labels[0])
         if truth is not None:
-            axes.plot(*(100 * truth).T, color=TRUTH, lw=0.9, ls="--", label="truth")
+            axes.plot(*(100 * truth).T, color=TRUTH, lw=0.9, label="truth")
         tracked = np.flatnonzero(np.isfinite(wrist).all(axis=1))
         if len(tracked):
             at = tracked[len(tracked) // 2]
