@@ -31,6 +31,12 @@ OFFSETS_S = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)
 SETTLED_S = 0.5
 """The first moments depend on the start more than on heading and clock."""
 
+AT_MOST = 5.0
+"""What one frame may add: a filter that is lost for a while must not decide."""
+
+LEAST_FRAMES = 100
+"""Fewer say too little of heading and clock."""
+
 CERTAIN = 15.0
 """Log evidence by which another setting must be better; right ones were beaten by 6 at most on 54 simulations."""
 
@@ -55,7 +61,7 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
     base = _log_evidence(recording, sightings, probe, 0.0, 0.0)
     settings = [*((h, 0.0) for h in HEADINGS_DEG), *((0.0, d) for d in OFFSETS_S)]
     # Only of frames that all of them have.
-    gains = [np.nansum(_log_evidence(recording, sightings, probe, *setting) - base) for setting in settings]
+    gains = [_gain(_log_evidence(recording, sightings, probe, *setting) - base) for setting in settings]
     best = int(np.argmax(gains))
     if gains[best] < CERTAIN:
         return ()
@@ -67,6 +73,15 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
         f"+{gains[best]:.0f}, expected less than +{CERTAIN:g} of any change): check {look}, then the camera and the "
         "arm's lengths",
     )
+
+
+def _gain(better: Array) -> float:
+    """By how much a setting is better over the whole recording; nothing where only a part of it says so."""
+    better = np.clip(better[np.isfinite(better)], -AT_MOST, AT_MOST)
+    if len(better) < LEAST_FRAMES:
+        return 0.0
+    quarters = [float(part.sum()) for part in np.array_split(better, 4)]
+    return sum(quarters) if sum(quarter > 0 for quarter in quarters) >= 3 else 0.0
 
 
 def _log_evidence(

@@ -221,6 +221,13 @@ def test_degrees_per_second_without_orientation(tmp_path: Path) -> None:
         load(write(tmp_path / "imu.csv", table[:, :7].tolist(), "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z"))
 
 
+def test_a_clock_that_jumps_is_refused(tmp_path: Path) -> None:
+    table = rows()
+    table[20:] = [[row[0] + 1.7e9, *row[1:]] for row in table[20:]]
+    with pytest.raises(pt.InputError, match=r"imu\.csv:22: time jumps by 1\.7e\+09 s, expected one recording"):
+        load(write(tmp_path / "imu.csv", table))
+
+
 def test_a_sensor_that_hangs_is_warned_of(tmp_path: Path) -> None:
     table = at_rest(waving())
     table[:, 1:4] = np.round(table[:, 1:4], 1)  # a coarse accelerometer at rest does not hang

@@ -16,6 +16,7 @@ NORM_TOLERANCE = 0.02
 RATE_TOLERANCE = 0.05
 GAP_INTERVALS = 1.5
 SLOWEST_S = 0.2
+JUMP_S = 600.0
 
 
 def check(log: ImuLog) -> ImuLog:
@@ -79,6 +80,12 @@ def _check_times(log: ImuLog) -> list[str]:
         raise InputError(
             f"{log.path}: the rate is stated as {rate:g} Hz, but the times are {1 / usual:.2f} Hz apart "
             f"(median interval {usual:.6f} s), expected them to agree within {RATE_TOLERANCE:.0%}"
+        )
+    jump = int(np.argmax(interval))
+    if interval[jump] > JUMP_S:
+        raise InputError(
+            f"{log.path}:{log.lines[jump + 1]}: time jumps by {interval[jump]:.6g} s, expected one recording without "
+            f"gaps of more than {JUMP_S:g} s"
         )
     gaps = np.flatnonzero(interval > GAP_INTERVALS * usual)
     if not gaps.size:

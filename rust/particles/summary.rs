@@ -122,8 +122,7 @@ fn add_moments(
 fn interval(set: &ParticleSet, column: usize, mean: f64, sd: f64) -> Interval {
     let (low, per_unit) = (mean - REACH_SD * sd, CELLS as f64 / (2.0 * REACH_SD * sd));
     if !per_unit.is_finite() {
-        let value = set.blocks[column * BLOCK];
-        return Interval { lo: value, hi: value };
+        return Interval { lo: mean, hi: mean };
     }
     let mut cells = vec![0u8; set.len];
     let mut weight = [0.0; CELLS];
@@ -287,7 +286,16 @@ mod tests {
     }
 
     proptest! {
-        #[test]
+        /// Its value, whichever it is.
+    #[test]
+    fn one_particle_with_all_the_weight_is_the_band() {
+        let mut set = ParticleSet::from_rows(1, &[1.0, 2.0, 3.0]).unwrap();
+        set.reweigh(&[f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY]).unwrap();
+        let summary = set.summary(1);
+        assert_eq!((summary.mean[0], summary.bands[0].lo, summary.bands[0].hi), (2.0, 2.0, 2.0));
+    }
+
+    #[test]
         fn moments_and_quantiles_as_defined(
             rows in prop::collection::vec(prop::array::uniform3(prop_oneof![-5.0..5.0f64, 90.0..99.0f64]), 1..700),
             seed in prop::collection::vec(0.01..1.0f64, 700),
