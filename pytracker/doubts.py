@@ -60,7 +60,6 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
     probe = dataclasses.replace(PROBE, pixel_sd=pixel_sd)
     base = _log_evidence(recording, sightings, probe, 0.0, 0.0)
     settings = [*((h, 0.0) for h in HEADINGS_DEG), *((0.0, d) for d in OFFSETS_S)]
-    # Only of frames that all of them have.
     gains = [_gain(_log_evidence(recording, sightings, probe, *setting) - base) for setting in settings]
     best = int(np.argmax(gains))
     if gains[best] < CERTAIN:

@@ -67,4 +67,4 @@ def fit_weak_perspective(points_3d: Array, points_2d: Array) -> ProjectionFit:
 def camera_of(fit: ProjectionFit) -> WeakPerspective:
     """The camera that was fitted."""
     u, v = (tuple(float(x) for x in row) for row in fit.matrix)
-    return WeakPerspective(affine=(u, v))  # type: ignore[arg-type]
+    return WeakPerspective(affine=(u, v))  # type: ignore[arg-type]  # four numbers each

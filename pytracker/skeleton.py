@@ -117,7 +117,7 @@ class Skeleton:
     def scaled(self, factor: float) -> Skeleton:
         """The same skeleton, larger or smaller; its AMC files' unit stays."""
         bones = tuple(
-            dataclasses.replace(bone, reach_m=tuple(factor * x for x in bone.reach_m))  # type: ignore[arg-type]
+            dataclasses.replace(bone, reach_m=tuple(factor * x for x in bone.reach_m))  # type: ignore[arg-type]  # three
             for bone in self.bones
         )
         return Skeleton(bones, self.unit_m, self.in_degrees)

@@ -1,0 +1,120 @@
+"""Whether an IMU agrees with itself: what contradicts is refused, what is usual is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_formats_imu import load, write
+
+import pytracker as pt
+from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
+
+
+def waving(seconds: float = 6.0, hz: float = 100.0) -> Array:
+    """A sensor that turns to and fro about all three axes, with gravity: time, acceleration, turn rate, orientation."""
+    time_s = np.arange(0.0, seconds, 1 / hz)
+    rate = np.stack([3.0 * np.cos(3.0 * time_s), 2.0 * np.cos(4.1 * time_s), 2.5 * np.sin(2.3 * time_s)], axis=1)
+    q = np.zeros((len(time_s), 4))
+    q[0] = [1.0, 0.0, 0.0, 0.0]
+    for k in range(1, len(q)):
+        q[k] = multiply(q[k - 1], rotation_vector_to_quaternion(0.5 * (rate[k] + rate[k - 1]) / hz))
+    noise = np.random.default_rng(0).normal(0, 0.05, (len(q), 3))
+    return np.column_stack([time_s, rotate(conjugate(q), np.array([0.0, 0.0, 9.81])) + noise, rate, q])
+
+
+GYR, QUATERNION = slice(4, 7), slice(7, 11)
+
+
+@pytest.mark.parametrize(
+    ("gyr", "hint"),
+    [
+        (np.rad2deg, r"the gyroscope does 0\.01\d+ times about x, .* is gyr in degrees per second\?"),
+        (lambda g: g[:, [1, 0, 2]], r"about x, .* about y, expected 1: "),
+        (
+            lambda g: g * [1.0, -1.0, 1.0],
+            r"-(1|0\.9\d+) times about y, expected 1: do their axes, signs or units differ\?",
+        ),
+        (lambda g: 0.3 * g, r"expected at least as much .* does the gyroscope stand still, or is it in other units"),
+        (lambda g: 3.0 * g, r"0\.33\d* times about x, .* do their axes, signs or units differ\?"),
+        (lambda g: 0.0 * g, r"imu\.csv:\d+: the orientation turns by .* rad in .* s and the gyroscope by 0, expected"),
+        (lambda g: np.vstack([g[:350], 0.0 * g[350:]]), r"imu\.csv:\d+: the orientation turns by"),
+    ],
+)
+def test_a_gyroscope_that_contradicts_the_orientation(tmp_path: Path, gyr: Callable[[Array], Array], hint: str) -> None:
+    table = waving()
+    assert load(write(tmp_path / "good.csv", table.tolist())).warnings == ()
+    table[:, GYR] = gyr(table[:, GYR])
+    with pytest.raises(pt.InputError, match=hint):
+        load(write(tmp_path / "imu.csv", table.tolist()))
+
+
+def test_an_orientation_that_stands_still(tmp_path: Path) -> None:
+    table = waving()
+    table[:, QUATERNION], table[:, 1:4] = [1.0, 0, 0, 0], [0.0, 0.0, 9.81]
+    with pytest.raises(pt.InputError, match="does the orientation stand still"):
+        load(write(tmp_path / "imu.csv", table.tolist()))
+
+
+def noisy(table: Array, degrees: float) -> Array:
+    turn = np.random.default_rng(1).normal(0, np.deg2rad(degrees), (len(table), 3))
+    table[:, QUATERNION] = multiply(table[:, QUATERNION], rotation_vector_to_quaternion(turn))
+    return table
+
+
+def at_rest(table: Array) -> Array:
+    table[:, QUATERNION], table[:, 1:4] = [1.0, 0, 0, 0], [0.0, 0.0, 9.81]
+    table[:, GYR] = np.random.default_rng(2).normal(0, 0.01, (len(table), 3))
+    return noisy(table, 1.5)
+
+
+def in_bursts(table: Array) -> Array:
+    table[:, 0] = 0.1 * np.floor(10 * table[:, 0] + 1e-9) + 0.001 * (np.arange(len(table)) % 10)
+    return table
+
+
+def held(table: Array) -> Array:
+    table[:, QUATERNION] = table[np.arange(len(table)) // 20 * 20, QUATERNION]
+    return table
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda t: noisy(t, 1.5), at_rest, in_bursts, held,
+        lambda t: t[::10], lambda t: np.vstack([t[:200], t[300:]]), lambda t: t[:40],
+        lambda t: t * np.repeat([1.0, -1.0], [7, 4]),
+    ],
+    ids=["noisy", "at rest", "in bursts", "held", "10 Hz", "gap", "short", "negated"],
+)  # fmt: skip
+def test_what_is_usual_is_no_contradiction(tmp_path: Path, change: Callable[[Array], Array]) -> None:
+    log = load(write(tmp_path / "imu.csv", change(waving()).tolist()))
+    assert not [warning for warning in log.warnings if "gyroscope" in warning]
+
+
+def test_a_gyroscope_of_another_scale_is_warned_of(tmp_path: Path) -> None:
+    table = waving()
+    table[:, GYR] *= 1.6
+    (warning,) = load(write(tmp_path / "imu.csv", table.tolist())).warnings
+    assert "as the gyroscope does 0.625 times about x" in warning.replace("0.624", "0.625")
+    assert "does one of them lag, or have another scale?" in warning
+
+
+def test_degrees_per_second_without_orientation(tmp_path: Path) -> None:
+    table = waving()
+    table[:, GYR] = np.rad2deg(table[:, GYR])
+    with pytest.raises(
+        pt.InputError, match=r"the mean acceleration is .* computed from the gyroscope: is gyr in rad/s"
+    ):
+        load(write(tmp_path / "imu.csv", table[:, :7].tolist(), "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z"))
+
+
+def test_a_sensor_that_hangs_is_warned_of(tmp_path: Path) -> None:
+    table = at_rest(waving())
+    table[:, 1:4] = np.round(table[:, 1:4], 1)  # a coarse accelerometer at rest does not hang
+    assert load(write(tmp_path / "imu.csv", table.tolist())).warnings == ()
+    table[100:250, 1:7] = table[100, 1:7]
+    (warning,) = load(write(tmp_path / "imu.csv", table.tolist())).warnings
+    assert "imu.csv:102: every reading stays the same for 1.490 s, expected some noise" in warning
