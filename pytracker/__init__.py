@@ -15,6 +15,14 @@ accelerometer at rest, z up, reads +9.81. Units are in the name where a bare num
 
 from __future__ import annotations
 
+import signal as _signal
+import sys as _sys
+
+if _sys.orig_argv[1:3] == ["-m", "pytracker"] or _sys.argv[:1] and _sys.argv[0].endswith(("/pytracker", "\\pytracker")):
+    # The command line: until `pytracker.cli` takes over, Ctrl-C ends it without a traceback of half an import.
+    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+
 from pytracker._core import (
     KEY_JOINTS,
     ArmTracker,

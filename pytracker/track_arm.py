@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,9 @@ from pytracker.rotation import Array
 __all__ = ["ArmTrack", "track_arm"]
 
 STRETCH = 200
-"""Frames tracked between two calls of the progress function."""
+"""Frames tracked between two calls of the progress function, at the most."""
+PARTICLE_FRAMES = 4_000_000
+"""So many particles times frames are a second's work: whoever stops a run does not wait for longer."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,10 +77,11 @@ def track_arm(
             f"first IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
         )
     tracker = ArmTracker(recording.arm, [view.camera for view in recording.views], method, seed)
-    tables: list[dict[str, Array]] = []
+    tables: list[dict[str, Any]] = []
     first, used, lost = int(np.argmax(covered)), 0, None
-    for start in range(first, len(covered), STRETCH):
-        stretch = slice(start, start + STRETCH)
+    step = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, getattr(method, "particles", 1))))
+    for start in range(first, len(covered), step):
+        stretch = slice(start, start + step)
         table, taken, lost = tracker.run(
             imu.time_s[used:],
             imu.acc[used:],
@@ -113,7 +117,7 @@ def _assemble(
     seed: int,
     sightings: Sightings,
     first: int,
-    table: dict[str, Array],
+    table: dict[str, Any],
     stage_s: dict[str, float],
     lost: str,
 ) -> ArmTrack:
@@ -128,6 +132,8 @@ def _assemble(
     reason = list(sightings.reasons)
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (frames - end)
+    for frame, doubt in enumerate(table["doubt"], start=first):
+        reason[frame] = "; ".join(words for words in (doubt, reason[frame]) if words)
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
     for frame in np.flatnonzero(since > max(method.hold_s, 1.5 * float(np.median(np.diff(imu_time_s))))):

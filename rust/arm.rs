@@ -12,6 +12,8 @@
 //! | [`colour`] | eqs (7), (9), (11): the patch |
 //! | [`length`] | eqs (15), (16): the upper arm's length |
 //! | [`rest`] | not in the paper: lying still as a measurement of no velocity |
+//! | [`pause`] | not in the paper: where the arm may be after nothing was heard and seen |
+//! | [`plausible`] | not in the paper: estimates that no arm can have, or that the picture contradicts |
 //! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
 //! | [`tracker`] | the online tracker over all of them |
@@ -21,6 +23,8 @@ pub mod ekf;
 pub mod length;
 pub mod motion;
 pub mod particle;
+pub mod pause;
+pub mod plausible;
 pub mod rest;
 pub mod state;
 pub mod timeline;

@@ -10,6 +10,11 @@ use serde::{Deserialize, Serialize};
 /// How far a rotation's rows may be from orthonormal.
 const ROTATION_TOLERANCE: f64 = 1e-3;
 
+/// No picture, room or lens has larger numbers: px, m, and the distortion's own.
+const MOST_PX: f64 = 1e6;
+const MOST_M: f64 = 1e5;
+const MOST_DISTORTION: f64 = 1e3;
+
 /// A calibrated camera.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Camera {
@@ -59,10 +64,17 @@ impl Camera {
                 ),
             );
         }
-        if !finite(translation.as_slice()) || !finite(&distortion) {
+        let within = |m: &[f64], most: f64| m.iter().all(|x| x.abs() <= most);
+        if !within(matrix.as_slice(), MOST_PX) {
+            return fault("matrix", format!("{:?}, expected numbers within ±{MOST_PX:e} px", matrix.as_slice()));
+        }
+        if !within(translation.as_slice(), MOST_M) || !within(&distortion, MOST_DISTORTION) {
             return fault(
                 "translation_m",
-                format!("{:?} / distortion {distortion:?}, expected finite numbers", translation.as_slice()),
+                format!(
+                    "{:?} / distortion {distortion:?}, expected finite numbers within ±{MOST_M:e} m and ±{MOST_DISTORTION:e}",
+                    translation.as_slice()
+                ),
             );
         }
         Ok(Self { matrix, distortion, rotation, translation, largest_r2: largest_r2(&distortion) })
@@ -102,6 +114,22 @@ impl Camera {
         // Without distortion all of eq. (7) is one matrix: straight code that vector instructions can do.
         let (m, s) = (self.matrix * self.rotation, self.matrix * (self.rotation * offset + self.translation));
         squared_distances_linear(&m, &s, [px, py, pz], pixel, out);
+    }
+
+    /// Unit vector in the world from the camera through a pixel; the distortion is undone by OpenCV's fixed point.
+    pub fn ray(&self, pixel: Vector2<f64>) -> Vector3<f64> {
+        let k = &self.matrix;
+        let y = (pixel.y - k[(1, 2)]) / k[(1, 1)];
+        let x = (pixel.x - k[(0, 2)] - k[(0, 1)] * y) / k[(0, 0)];
+        let [k1, k2, p1, p2, k3] = self.distortion;
+        let (mut u, mut v) = (x, y);
+        for _ in 0..20 {
+            let r2 = u * u + v * v;
+            let radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+            let shift = (2.0 * p1 * u * v + p2 * (r2 + 2.0 * u * u), p1 * (r2 + 2.0 * v * v) + 2.0 * p2 * u * v);
+            (u, v) = ((x - shift.0) / radial, (y - shift.1) / radial);
+        }
+        (self.rotation.transpose() * Vector3::new(u, v, 1.0)).normalize()
     }
 
     /// Where the camera is, world, m.
@@ -193,6 +221,17 @@ mod tests {
     fn camera(distortion: [f64; 5]) -> Camera {
         let matrix = Matrix3::new(700.0, 0.0, 320.0, 0.0, 710.0, 240.0, 0.0, 0.0, 1.0);
         Camera::new(matrix, distortion, Matrix3::identity(), Vector3::new(0.0, 0.0, 2.0)).unwrap()
+    }
+
+    #[test]
+    fn a_ray_passes_through_its_pixel() {
+        let k = Matrix3::new(700.0, 2.0, 320.0, 0.0, 690.0, 240.0, 0.0, 0.0, 1.0);
+        let turn = *nalgebra::Rotation3::from_euler_angles(0.3, -0.2, 0.1).matrix();
+        let camera = Camera::new(k, [-0.2, 0.05, 0.001, -0.002, 0.0], turn, Vector3::new(0.1, 0.2, 2.0)).unwrap();
+        for pixel in [Vector2::new(320.0, 240.0), Vector2::new(12.0, 400.0), Vector2::new(600.0, 20.0)] {
+            let seen = camera.project(camera.centre() + 1.7 * camera.ray(pixel)).unwrap();
+            assert!((seen - pixel).norm() < 1e-6, "{seen} is not {pixel}");
+        }
     }
 
     #[test]

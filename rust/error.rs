@@ -52,7 +52,7 @@ pub enum Error {
         reason: String,
     },
     /// A value that must be finite is not.
-    #[error("{name} at {time_s} s is {value}, expected a finite number")]
+    #[error("{name} at {time_s} s is {value}, expected a finite number that a sensor can give")]
     NotFinite {
         /// The quantity.
         name: &'static str,
@@ -116,6 +116,16 @@ pub enum Error {
         /// Recording time, s.
         time_s: f64,
     },
+    /// For long the estimate has been what no arm can do, or nothing that was seen bears it out.
+    #[error("{why}, for {lasted_s:.2} s up to {time_s} s: the track ran away")]
+    Implausible {
+        /// Recording time, s.
+        time_s: f64,
+        /// What is wrong with it.
+        why: &'static str,
+        /// For how long, s.
+        lasted_s: f64,
+    },
     /// A matrix that must be invertible is not.
     #[error("innovation covariance is singular at {time_s} s, expected a positive definite matrix")]
     Singular {
@@ -130,6 +140,20 @@ pub enum Error {
         /// What went wrong there.
         source: Box<Error>,
     },
+    /// Memory for so many particles is not to be had.
+    #[error("{what}: no memory for {bytes} bytes, expected fewer")]
+    Memory {
+        /// What it was for.
+        what: &'static str,
+        /// How much was asked for.
+        bytes: usize,
+    },
+    /// A fault of this crate: something was taken for granted that does not hold.
+    #[error("internal error: {reason}; what it was done to must not be used again")]
+    Internal {
+        /// What the panic said.
+        reason: String,
+    },
     /// Saved state that cannot be read back.
     #[error("saved tracker state cannot be read: {reason}")]
     SavedState {
@@ -143,10 +167,28 @@ impl Error {
     pub fn is_loss_of_track(&self) -> bool {
         match self {
             Self::AtFrame { source, .. } => source.is_loss_of_track(),
-            Self::AllWeightsZero { .. } | Self::Singular { .. } | Self::RanAway { .. } | Self::Lost { .. } => true,
+            Self::AllWeightsZero { .. }
+            | Self::Singular { .. }
+            | Self::RanAway { .. }
+            | Self::Implausible { .. }
+            | Self::Internal { .. }
+            | Self::Lost { .. } => true,
             _ => false,
         }
     }
+}
+
+/// Room for `len` numbers, or [`Error::Memory`]: the allocator alone would end the process.
+pub(crate) fn room(what: &'static str, len: usize) -> crate::Result<()> {
+    let bytes = len.saturating_mul(size_of::<f64>());
+    let mut probe: Vec<f64> = Vec::new();
+    probe.try_reserve_exact(len).map_err(|_| Error::Memory { what, bytes })
+}
+
+/// Check that a time is one: seconds of any clock that counts from this or the last century.
+pub(crate) fn require_time(name: &'static str, time_s: f64) -> crate::Result<()> {
+    const MOST_S: f64 = 1e11;
+    if time_s.abs() <= MOST_S { Ok(()) } else { Err(Error::NotFinite { name, time_s, value: time_s }) }
 }
 
 /// Check that `value` satisfies `ok`, or name the parameter and the range.

@@ -40,6 +40,7 @@ pub mod projection;
 pub mod quaternion;
 pub mod resample;
 pub mod rng;
+mod saved;
 pub mod skeleton;
 mod sums;
 

@@ -8,7 +8,8 @@
 use crate::resample::{Ancestors, Scheme};
 use crate::rng::{BLOCK, Streams};
 use crate::sums::dot;
-use crate::{Result, error::require};
+use crate::error::{require, room};
+use crate::Result;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -21,8 +22,14 @@ mod weighing;
 pub use block::{Block, BlockMut};
 pub use summary::{Interval, LOWER, Summary, UPPER};
 
-/// More particles than any laptop's memory holds.
+/// More particles than any laptop works through.
 const MOST: usize = 100_000_000;
+
+/// So many are held by whatever runs Python.
+const CERTAINLY_HELD: usize = 100_000;
+
+/// Numbers a particle takes besides its state, at the most: weights, their logarithms, ancestors, sorting.
+const BESIDES: usize = 10;
 
 /// From this many blocks on, work is shared between threads; below it the sharing costs more than it saves.
 const PARALLEL_BLOCKS: usize = 32;
@@ -62,10 +69,14 @@ impl ParticleSet {
     /// `len` particles of `dim` columns at zero, with equal weights.
     ///
     /// # Errors
-    /// [`crate::Error::Parameter`] when either is zero or there are more than a hundred million particles.
+    /// [`crate::Error::Parameter`] when either is zero or there are more than a hundred million particles;
+    /// [`crate::Error::Memory`] where the machine cannot hold them.
     pub fn new(len: usize, dim: usize) -> Result<Self> {
         require((1..=MOST).contains(&len), "particles", len as f64, "1 to 100000000")?;
         require(dim >= 1, "state columns", dim as f64, "at least 1")?;
+        if len > CERTAINLY_HELD {
+            room("particles", len.saturating_mul(3 * dim + BESIDES))?;
+        }
         Ok(Self {
             len,
             dim,
@@ -216,6 +227,13 @@ impl ParticleSet {
         }
         let (log_weights, weights) = (self.log_weights.clone(), self.weights.clone());
         Self { dim, blocks, log_weights, weights, scratch: Scratch::default(), ..*self }
+    }
+
+    /// Forget what was weighed.
+    pub fn weigh_equally(&mut self) {
+        self.log_weights.fill(0.0);
+        self.log_sum = (self.len as f64).ln();
+        self.weights.fill(1.0 / self.len as f64);
     }
 
     /// Effective sample size, `1 / sum(w²)`: between 1 and `N`.

@@ -7,6 +7,7 @@
 
 mod arm;
 mod body;
+mod border;
 mod estimate;
 mod record;
 mod resample;
@@ -63,6 +64,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        super::border::remember_process();
         // A tuple: nobody may change it.
         module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), super::body::key_joints())?)
     }
@@ -81,13 +83,4 @@ fn rows<const K: usize>(name: &'static str, array: &PyReadonlyArray2<'_, f64>) -
 fn same_length(name: &'static str, got: usize, times: &PyReadonlyArray1<'_, f64>) -> PyResult<()> {
     let expected = times.as_array().len();
     if got == expected { Ok(()) } else { Err(Error::Size { name, got, unit: "rows", expected }.into()) }
-}
-
-/// `work` on so many threads; on as many as there are where none are said.
-fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce() -> R + Send) -> crate::Result<R> {
-    let Some(count) = threads else { return Ok(work()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build();
-    let refused =
-        |_| Error::Parameter { name: "threads", value: count as f64, expected: "as many as the machine allows" };
-    Ok(pool.map_err(refused)?.install(work))
 }

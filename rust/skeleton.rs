@@ -58,6 +58,9 @@ pub struct Skeleton {
     bones: Vec<Bone>,
 }
 
+/// No bone is longer, m.
+const MOST_REACH_M: f64 = 100.0;
+
 /// Rotation about one coordinate axis.
 pub fn axis_rotation(axis: usize, angle: f64) -> Matrix3<f64> {
     let (s, c) = angle.sin_cos();
@@ -94,6 +97,20 @@ impl Skeleton {
         if root.parent.is_some() {
             return fault(root, "is first but has a parent, expected the root first");
         }
+        for bone in &bones {
+            let numbers = bone.reach.iter().map(|x| x / MOST_REACH_M).chain(bone.frame.iter().copied());
+            if !numbers.into_iter().all(|x| x.abs() <= 1.0 + 1e-6) {
+                return fault(bone, "has a direction, length or axis beyond 100 m or that is not a finite number");
+            }
+            let mut order = bone.order;
+            order.sort_unstable();
+            let axes = bone.channels.iter().map(|channel| match channel {
+                Channel::Translation(axis) | Channel::Rotation(axis) => *axis,
+            });
+            if order != [0, 1, 2] || axes.max().unwrap_or(0) > 2 {
+                return fault(bone, "turns about axes that are not x, y and z, expected each once");
+            }
+        }
         for (index, bone) in bones.iter().enumerate().skip(1) {
             if bone.parent.is_none_or(|parent| parent >= index) {
                 return fault(bone, "comes before its parent, expected parents first");
@@ -103,9 +120,6 @@ impl Skeleton {
             }
             if bones[..index].iter().any(|other| other.name == bone.name) {
                 return fault(bone, "is there twice, expected different names");
-            }
-            if !bone.reach.iter().chain(bone.frame.iter()).all(|x| x.is_finite()) {
-                return fault(bone, "has a direction, length or axis that is not a finite number");
             }
         }
         Ok(Self { bones })

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import signal
 import sys
+import threading
 from typing import Annotated
 
 import typer
@@ -57,25 +59,50 @@ def _stop(number: int, frame: object) -> None:
     sys.exit(128 + number)
 
 
-def main() -> None:
-    """Run the command line and leave with its exit status."""
-    debug = "--debug" in sys.argv[1:]
-    # A terminal that cannot show ± gets something else, not an error; a terminated run cleans up.
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")
+def _leave_all_the_same(ignored: sys.UnraisableHookArgs) -> None:
+    """A signal that arrives in a destructor raises its `SystemExit` where Python ignores it: send it again."""
+    if not isinstance(ignored.exc_value, SystemExit):
+        sys.__unraisablehook__(ignored)
+        return
+    number = int(ignored.exc_value.code or 0) - 128
+    signal.signal(number, lambda *_: sys.exit(128 + number))
+    threading.Timer(0.01, os.kill, (os.getpid(), number)).start()
+
+
+def _take_signals() -> None:
+    """A run that is terminated cleans up."""
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         # Windows has no SIGHUP; `nohup` ignores it, and means it.
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _stop)
+    sys.unraisablehook = _leave_all_the_same
+
+
+def main() -> None:
+    """Run the command line and leave with its exit status."""
+    debug = "--debug" in sys.argv[1:]
+    _take_signals()
+    # A terminal that cannot show ± gets something else, not an error.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     try:
         app()
+    except BrokenPipeError:
+        # Whoever read what we print has left, as `head` does: nothing is wrong, and nobody to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        sys.exit(128 + 13)
     except (pt.InputError, pt.TrackingError, OSError) as error:
         if debug:
             raise
         print(f"pytracker: {error}", file=sys.stderr)
         sys.exit(1 if isinstance(error, pt.TrackingError) else 2)
+    except MemoryError:
+        if debug:
+            raise
+        print("pytracker: out of memory, expected fewer particles or a shorter recording", file=sys.stderr)
+        sys.exit(1)
     except Exception as error:
         if debug:
             raise

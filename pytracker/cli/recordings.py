@@ -61,5 +61,5 @@ def frame(
 ) -> None:
     """Write one frame with a pixel grid, to choose patch_box without a window."""
     check_new(out, ".png", force=force)
-    write_frame(folder, out, camera, number)
+    write_frame(folder, out, camera, number, force=force)
     print(f"wrote {out}")

@@ -17,7 +17,7 @@ from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Set
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.cli.terminal import frames_bar, print_comparison
 from pytracker.methods import Method
-from pytracker.output import check_target, whole_folder
+from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.index import render_index
 from pytracker.report.tables import read_run, read_track
 
@@ -184,7 +184,7 @@ def inspect(
     # Matplotlib takes a third of a second to import: only who draws pays for it.
     from pytracker.report.cycle_figures import one_cycle  # noqa: PLC0415
 
-    out.write_text(one_cycle(cycle), "utf-8")
+    write_whole(out, one_cycle(cycle), force=force)
     say(f"wrote {out}", quiet)
 
 

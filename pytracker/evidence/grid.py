@@ -9,6 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.video import Image, frames
+from pytracker.output import whole_file
 from pytracker.schema import ArmFile, read_recording_file
 
 __all__ = ["draw_grid", "write_frame"]
@@ -18,7 +19,7 @@ LINE = (255, 255, 255)
 BOX = (60, 60, 230)
 
 
-def write_frame(folder: Path | str, out: Path, camera: int = 0, number: int = 0) -> None:
+def write_frame(folder: Path | str, out: Path, camera: int = 0, number: int = 0, *, force: bool = False) -> None:
     """Write frame `number` of camera `camera` of the recording in `folder` as PNG, with grid and patch box.
 
     Works while patch_box is still wrong. Raises `InputError`.
@@ -35,7 +36,8 @@ def write_frame(folder: Path | str, out: Path, camera: int = 0, number: int = 0)
             image = draw_grid(frame.image, box)
             ok, png = cv2.imencode(".png", image)
             assert ok
-            out.write_bytes(png.tobytes())
+            with whole_file(out, force=force) as partial:
+                partial.write_bytes(png.tobytes())
             return
     raise InputError(f"{file}: has frames 0 to {last}, expected one numbered {number}")
 

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.formats.container import missing_bytes
 
-__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "frames", "probe"]
+__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "frames", "probe"]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
@@ -81,6 +82,11 @@ def probe(path: Path) -> VideoInfo:
         ok, image = capture.read()
         if not ok:
             raise InputError(f"{path}: holds no frame that can be decoded, expected at least one")
+        if missing := missing_bytes(path):
+            raise InputError(
+                f"{path}: by its own container {missing} bytes are missing at its end ({path.stat().st_size} are there), "
+                "expected a whole file: it is cut short"
+            )
         count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
         rate = capture.get(cv2.CAP_PROP_FPS)
         return VideoInfo(image.shape[1], image.shape[0], max(0, int(count)), max(0.0, float(rate)))
@@ -119,7 +125,8 @@ def frames(path: Path | str) -> Iterator[Frame]:
     if index == 0:
         raise InputError(f"{path}: holds no frame that can be decoded, expected at least one")
     # A variable rate breaks the promised count, not the promised duration.
-    if index < TRUNCATED_SHARE * promised and last_s - first_s < TRUNCATED_SHARE * duration_s:
+    is_short = index < TRUNCATED_SHARE * promised and last_s - first_s < TRUNCATED_SHARE * duration_s
+    if is_short or missing_bytes(path):
         raise InputError(
             f"{path}: decoding stopped after frame {index - 1} at {last_s:.3f} s, expected {promised:.0f} frames "
             f"({duration_s:.3f} s): the file is cut short or damaged"
@@ -128,3 +135,42 @@ def frames(path: Path | str) -> Iterator[Frame]:
 
 def _bgr(image: Any) -> Image:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image, dtype=np.uint8)
+
+
+class VideoWriter:
+    """Writes a video and looks at what was written: OpenCV says nothing of a disk that is full.
+
+    A context: on a good end the file is opened and its frames are counted. Raises `OSError` where some are missing, and
+    `InputError` where this OpenCV has no encoder for `fourcc`.
+    """
+
+    def __init__(self, path: Path, fourcc: str, rate_hz: float, size: tuple[int, int]) -> None:
+        self.path, self.count = path, 0
+        self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), rate_hz, size)
+        if not self._writer.isOpened():
+            raise InputError(f"{path}: OpenCV cannot write {fourcc} video here")
+
+    def __enter__(self) -> VideoWriter:
+        return self
+
+    def write(self, image: Image) -> None:
+        """Append a frame, BGR `(H, W, 3)`."""
+        self._writer.write(image)
+        self.count += 1
+
+    def __exit__(self, kind: type[BaseException] | None, error: object, trace: object) -> None:
+        self._writer.release()
+        if kind is None and (found := _count(self.path)) != self.count:
+            raise OSError(f"{self.path}: {found} of {self.count} frames could be written: is the disk full?")
+
+
+def _count(path: Path) -> int:
+    """How many frames can be decoded."""
+    capture = cv2.VideoCapture(str(path))
+    try:
+        found = 0
+        while capture.grab():
+            found += 1
+        return found
+    finally:
+        capture.release()

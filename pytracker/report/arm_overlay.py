@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from threading import Event
 
 import cv2
 import numpy as np
@@ -21,15 +22,15 @@ BAND = (235, 200, 120)
 PATCH = (60, 60, 230)
 
 
-def write_arm_overlay(path: Path, track: ArmTrack) -> bool:
-    """Write it; False where the recording has no video. Raises `InputError` where OpenCV cannot write."""
+def write_arm_overlay(path: Path, track: ArmTrack, stop: Event) -> bool:
+    """Write it, until `stop` is set; False where the recording has no video. Raises as `write_overlay`."""
     view = track.recording.views[0]
     if view.video is None:
         return False
     # The first camera's own frames: with several cameras the track has rows of the others between them.
     own = track.sightings.tracks[0].time_s if track.sightings.tracks else track.time_s
     return write_overlay(
-        path, view.video, view.start_s, own, track.time_s, lambda image, row: draw_arm(image, track, row)
+        path, view.video, view.start_s, own, track.time_s, lambda image, row: draw_arm(image, track, row), stop
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from threading import Event
 
 import cv2
 import numpy as np
@@ -21,11 +22,11 @@ SKIN = (60, 60, 230)
 LEGS = ("femur", "tibia", "foot", "toes", "hipjoint", "fingers", "thumb")
 
 
-def write_body_overlay(path: Path, track: BodyTrack) -> bool:
-    """Write it. Raises `InputError` where OpenCV cannot write."""
+def write_body_overlay(path: Path, track: BodyTrack, stop: Event) -> bool:
+    """Write it, until `stop` is set. Raises as `write_overlay`."""
     view = track.recording.view
     return write_overlay(
-        path, view.video, view.start_s, track.time_s, track.time_s, lambda i, row: draw_body(i, track, row)
+        path, view.video, view.start_s, track.time_s, track.time_s, lambda i, row: draw_body(i, track, row), stop
     )
 
 

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
+from threading import Event
 
 import cv2
 import numpy as np
 
-from pytracker._core import InputError
 from pytracker.evidence.sightings import SAME_FRAME_S
-from pytracker.formats.video import Image, frames
+from pytracker.formats.video import Image, VideoWriter, frames
 from pytracker.rotation import Array
 
 __all__ = ["caption", "enlarged", "write_overlay"]
@@ -27,24 +28,27 @@ def write_overlay(
     frame_time_s: Array,
     track_time_s: Array,
     draw: Callable[[Image, int], Image],
+    stop: Event,
 ) -> bool:
-    """Write `draw(frame, row of the track)` of as many frames as are worth it. Raises `InputError`."""
+    """Write `draw(frame, row of the track)` of as many frames as are worth it, until `stop` is set.
+
+    Raises `InputError` where OpenCV cannot write it, `OSError` where the disk does not take it.
+    """
     interval = float(np.median(np.diff(frame_time_s))) if len(frame_time_s) > 1 else 0.04
     step = max(1, int(np.ceil(1.0 / (interval * MOST_FRAMES_PER_S))))
-    writer: cv2.VideoWriter | None = None
-    for frame in frames(video):
-        row = int(np.searchsorted(track_time_s, frame.time_s + start_s + SAME_FRAME_S, side="right")) - 1
-        if frame.index % step or row < 0:
-            continue
-        image = draw(frame.image, row)
-        if writer is None:
-            size = (image.shape[1], image.shape[0])
-            writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"vp09"), 1.0 / (interval * step), size)
-            if not writer.isOpened():
-                raise InputError(f"{path}: OpenCV cannot write VP9 video here")
-        writer.write(image)
-    if writer is not None:
-        writer.release()
+    with ExitStack() as stack:
+        writer: VideoWriter | None = None
+        for frame in frames(video):
+            if stop.is_set():
+                return False
+            row = int(np.searchsorted(track_time_s, frame.time_s + start_s + SAME_FRAME_S, side="right")) - 1
+            if frame.index % step or row < 0:
+                continue
+            image = draw(frame.image, row)
+            if writer is None:
+                size = (image.shape[1], image.shape[0])
+                writer = stack.enter_context(VideoWriter(path, "vp09", 1.0 / (interval * step), size))
+            writer.write(image)
     return writer is not None
 
 

@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 
@@ -82,14 +83,19 @@ def _write_page(
 
     arms = [track for track in tracks if isinstance(track, ArmTrack)]
     bodies = [track for track in tracks if isinstance(track, BodyTrack)]
-    # The encoder releases the interpreter: the figures are drawn beside it.
+    # The encoder releases the interpreter: the figures are drawn beside it. Whoever leaves early does not wait for it.
+    stop = Event()
     with ThreadPoolExecutor(1) as pool:
-        if arms:
-            overlay = pool.submit(write_arm_overlay, out / "overlay.mp4", arms[0])
-            has_overlay = arms[0].recording.views[0].video is not None
-            page = render_arm_page(arms, labels, scores, has_overlay=has_overlay)
-        else:
-            overlay = pool.submit(write_body_overlay, out / "overlay.mp4", bodies[0])
-            page = render_body_page(bodies, labels, scores)
-        (out / "index.html").write_text(page, "utf-8")
-        overlay.result()
+        try:
+            if arms:
+                overlay = pool.submit(write_arm_overlay, out / "overlay.mp4", arms[0], stop)
+                has_overlay = arms[0].recording.views[0].video is not None
+                page = render_arm_page(arms, labels, scores, has_overlay=has_overlay)
+            else:
+                overlay = pool.submit(write_body_overlay, out / "overlay.mp4", bodies[0], stop)
+                page = render_body_page(bodies, labels, scores)
+            (out / "index.html").write_text(page, "utf-8")
+            overlay.result()
+        except BaseException:
+            stop.set()
+            raise

@@ -18,6 +18,7 @@ from pytracker.average_skeleton import average_skeleton
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.amc import read_amc, write_amc
 from pytracker.formats.asf import read_asf
+from pytracker.formats.video import VideoWriter
 from pytracker.output import whole_folder
 from pytracker.recording import Camera
 from pytracker.rotation import Array
@@ -124,15 +125,13 @@ def simulate_body(
     for start, end in scene.hidden:
         hidden |= (frame_time_s >= start) & (frame_time_s < end)
     with whole_folder(Path(folder), force=force, is_recording=True) as out:
-        writer = cv2.VideoWriter(str(out / "video.mp4"), cv2.VideoWriter.fourcc(*"mp4v"), scene.frame_rate_hz, SIZE)
-        if not writer.isOpened():
-            raise InputError(f"{out / 'video.mp4'}: OpenCV cannot write mp4v video here")
-        for k, image in enumerate(painter.frames(skeleton, shown, hidden)):
-            writer.write(image)
-            if progress is not None:
-                progress("render", k + 1)
-        writer.release()
-        cv2.imwrite(str(out / "background.png"), painter.background())
+        with VideoWriter(out / "video.mp4", "mp4v", scene.frame_rate_hz, SIZE) as writer:
+            for k, image in enumerate(painter.frames(skeleton, shown, hidden)):
+                writer.write(image)
+                if progress is not None:
+                    progress("render", k + 1)
+        if not cv2.imwrite(str(out / "background.png"), painter.background()):
+            raise OSError(f"{out / 'background.png'}: could not be written: is the disk full?")
         _write_points(out / "points.csv", skeleton, shown, camera, rng)
         write_amc(out / "motion.amc", skeleton, poses)
         if scene.skeleton:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 
-from pytracker._core import InputError
 from pytracker.evidence.sightings import Progress
+from pytracker.formats.video import VideoWriter
 from pytracker.output import whole_folder
 from pytracker.recording import Camera
 from pytracker.rotation import rotate
@@ -51,19 +50,14 @@ def _write_video(path: Path, simulation: ArmSimulation, index: int, progress: Pr
     rate = simulation.scene.frame_rate_hz
     # Each frame of Motion JPEG stands alone: a repeated frame is the same to the bit.
     codec = "MJPG" if simulation.scene.dropped_frames else "mp4v"
-    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*codec), rate, IMAGE_SIZE)
-    if not writer.isOpened():
-        raise InputError(f"{path}: OpenCV cannot write {codec} video here")
     slots = np.rint(simulation.frame_time_s * rate).astype(int)
-    written = 0
-    for k, image in enumerate(render(simulation, index)):
-        until = slots[k + 1] if k + 1 < len(slots) else slots[k] + 1
-        for _ in range(written, until):
-            writer.write(image)
-        written = until
-        if progress is not None:
-            progress("render" if len(simulation.cameras) == 1 else f"render, camera {index}", written)
-    writer.release()
+    with VideoWriter(path, codec, rate, IMAGE_SIZE) as writer:
+        for k, image in enumerate(render(simulation, index)):
+            until = slots[k + 1] if k + 1 < len(slots) else slots[k] + 1
+            for _ in range(writer.count, until):
+                writer.write(image)
+            if progress is not None:
+                progress("render" if len(simulation.cameras) == 1 else f"render, camera {index}", writer.count)
 
 
 def _first_box(simulation: ArmSimulation, camera: Camera) -> list[int]:

@@ -10,7 +10,6 @@ import math
 import os
 import platform
 import shutil
-import sys
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.methods import Method
-from pytracker.output import MADE_HERE, PARTIAL, write_whole
+from pytracker.output import MADE_HERE, PARTIAL, is_alive, whole_file, write_whole
 from pytracker.study.execute import COLUMNS, Result, Row
 from pytracker.study.plan import Run
 
@@ -56,7 +55,7 @@ class Store:
                 if time.time() - left.stat().st_mtime > STALE_S:
                     left.unlink()
         for left in self.out.glob(f"{SCRATCH}{platform.node()}-*"):
-            if not _is_alive(left.name.rpartition("-")[2]):
+            if not is_alive(left.name.rpartition("-")[2]):
                 shutil.rmtree(left, ignore_errors=True)
 
     def load(self, run: Run) -> Result | None:
@@ -142,9 +141,8 @@ class StudyTable:
         import pyarrow as pa  # noqa: PLC0415 - an extra
         import pyarrow.parquet as pq  # noqa: PLC0415 - an extra
 
-        partial = path.with_name(f"{path.name}.{os.getpid()}{PARTIAL}")
-        pq.write_table(pa.table({column: [row[column] for row in self.rows] for column in self.columns}), partial)
-        partial.replace(path)
+        with whole_file(path) as partial:
+            pq.write_table(pa.table({column: [row[column] for row in self.rows] for column in self.columns}), partial)
 
 
 def require_parquet() -> None:
@@ -153,19 +151,6 @@ def require_parquet() -> None:
         import pyarrow.parquet  # noqa: F401, PLC0415 - an extra
     except ImportError:
         raise InputError("Parquet needs pyarrow, expected pytracker[parquet] to be installed") from None
-
-
-def _is_alive(pid: str) -> bool:
-    """Whether a process of this machine is; where that cannot be asked, it is taken to be."""
-    if sys.platform == "win32" or not pid.isdigit():
-        return True
-    try:
-        os.kill(int(pid), 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True
 
 
 def make_table(runs: Sequence[Run], results: Mapping[str, Result]) -> StudyTable:
@@ -209,4 +194,7 @@ def _value(value: Any) -> str | float | int | None:
 def _cell(value: str | float | int | None) -> str:
     if value is None:
         return ""
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    # A spreadsheet would run a word that begins like a formula; numbers are no words.
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else str(value)

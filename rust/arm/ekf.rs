@@ -10,6 +10,7 @@ use super::colour::Colour;
 use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion};
 use super::particle::Frame;
+use super::pause::Stretch;
 use super::rest::Rest;
 use super::state::{Arm, Estimate, Layout, Noise, POSITION};
 use crate::filter::Gaussian;
@@ -71,6 +72,22 @@ impl ArmGaussian {
         let (mean, sd) = layout.start(arm, noise);
         let covariance = DMatrix::from_diagonal(&sd.component_mul(&sd));
         Ok(Self { corrections, layout, state: Gaussian { mean, covariance } })
+    }
+
+    /// Start again somewhere on a stretch, after what came before has been of no use.
+    pub fn start_again(&mut self, arm: &Arm, noise: &Noise, stretch: &Stretch) {
+        let (mean, covariance) = stretch.gaussian(self.layout, arm, noise);
+        self.state = Gaussian { mean, covariance };
+    }
+
+    /// Whether the patch is among what corrects it.
+    pub fn sees_patch(&self) -> bool {
+        self.corrections.contains(&Correction::Colour)
+    }
+
+    /// Whether the arm's length holds it.
+    pub fn is_held_by_arm(&self) -> bool {
+        self.corrections.iter().any(|c| matches!(c, Correction::ArmLength | Correction::ArmProjection))
     }
 
     /// Predict to the frame and apply every correction.

@@ -11,7 +11,8 @@ use super::colour::{Colour, Sighting};
 use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion, RandomWalk};
 use super::rest::Rest;
-use super::state::{Arm, Estimate, Layout, Noise};
+use super::pause::Stretch;
+use super::state::{Arm, Estimate, Layout, Noise, POSITION};
 use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
@@ -138,6 +139,38 @@ impl ArmParticles {
             }
         });
         Ok(Self { layers, layout, filter: LayeredFilter::new(particles, resampling, seed) })
+    }
+
+    /// Start again, evenly along a stretch, after what came before has been of no use; `restarts` times so far.
+    pub fn start_again(&mut self, arm: &Arm, noise: &Noise, stretch: &Stretch, restarts: u64) {
+        let (layout, sd) = (self.layout, stretch.sd(self.layout, arm, noise));
+        // As the start draws from a step of its own.
+        let streams = Streams::new(self.filter.seed(), u64::MAX, restarts);
+        self.filter.start_again(|b, mut block| {
+            let mut rng = streams.block(b);
+            for d in 0..layout.dim {
+                for x in block.column_mut(d) {
+                    let z: f64 = rng.sample(StandardNormal);
+                    *x = sd[d] * z;
+                }
+            }
+            for i in 0..block.len() {
+                let along: f64 = rng.random_range(-1.0..1.0);
+                for d in 0..3 {
+                    block.column_mut(POSITION + d)[i] += stretch.middle[d] + along * stretch.half[d];
+                }
+            }
+        });
+    }
+
+    /// Whether the patch is among what weighs.
+    pub fn sees_patch(&self) -> bool {
+        self.layers.iter().any(|layer| layer.cues.contains(&Cue::Colour))
+    }
+
+    /// Whether a layer is weighed by the arm's length.
+    pub fn is_held_by_arm(&self) -> bool {
+        self.layers.iter().any(|layer| layer.cues.contains(&Cue::ArmLength))
     }
 
     /// The set as it stands.

@@ -10,6 +10,10 @@ use serde::{Deserialize, Serialize};
 /// The 97.5 % quantile of the standard normal.
 const NORMAL_975: f64 = 1.959_963_984_540_054;
 
+/// Nothing that is measured or assumed of an arm is larger, in any unit; nor farther away, m.
+pub(super) const MOST: f64 = 1e6;
+const MOST_M: f64 = 1e4;
+
 /// The subject's arm and where it starts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Arm {
@@ -33,7 +37,7 @@ impl Arm {
         require(self.upper_arm_m > 0.0 && self.upper_arm_m <= 1.0, "upper_arm_m", self.upper_arm_m, range)?;
         require(self.forearm_m > 0.0 && self.forearm_m <= 1.0, "forearm_m", self.forearm_m, range)?;
         for value in self.shoulder.iter().chain(&self.wrist_start) {
-            require(value.is_finite(), "shoulder_m or wrist_start_m", *value, "finite metres")?;
+            require(value.abs() <= MOST_M, "shoulder_m or wrist_start_m", *value, "finite metres, within ±10000")?;
         }
         Ok(())
     }
@@ -93,8 +97,8 @@ impl Noise {
     /// # Errors
     /// [`Error::Parameter`] naming the first that is out of range.
     pub fn check(&self) -> Result<()> {
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        let zero_or_more = |value: f64| value >= 0.0 && value.is_finite();
+        let positive = |value: f64| value > 0.0 && value <= MOST;
+        let zero_or_more = |value: f64| (0.0..=MOST).contains(&value);
         require(positive(self.accel_density), "accel_density", self.accel_density, "a positive number of m/s/√s")?;
         require(positive(self.gap_density), "gap_density", self.gap_density, "a positive number of m/s/√s")?;
         require(positive(self.hold_s), "hold_s", self.hold_s, "a positive number of seconds")?;
@@ -240,6 +244,8 @@ pub struct Estimate {
     pub ess: Option<f64>,
     /// Log evidence of this frame's observations; none where nothing was observed.
     pub log_evidence: Option<f64>,
+    /// Why it must not be believed; none where nothing speaks against it.
+    pub doubt: Option<&'static str>,
 }
 
 impl Estimate {
@@ -259,7 +265,7 @@ impl Estimate {
             hi: Vector3::from_fn(|d, _| bands[d].hi),
         };
         let ess = Some(particles.ess());
-        Self { time_s, mean, covariance, elbow: wrist.moved(forearm), wrist, ess, log_evidence }
+        Self { time_s, mean, covariance, elbow: wrist.moved(forearm), wrist, ess, log_evidence, doubt: None }
     }
 
     /// From a Gaussian.
@@ -280,7 +286,15 @@ impl Estimate {
             wrist,
             ess: None,
             log_evidence,
+            doubt: None,
         }
+    }
+
+    /// Whether every number of it is one.
+    pub fn is_finite(&self) -> bool {
+        let points = [&self.wrist, &self.elbow].into_iter().flat_map(|p| [p.mean, p.mode, p.sd, p.lo, p.hi]);
+        let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
+        finite(self.mean.as_slice()) && finite(self.covariance.as_slice()) && points.into_iter().all(|v| finite(v.as_slice()))
     }
 
     /// Spread by noise that was not drawn: the covariance grows, and the bands as if all were Gaussian.
@@ -306,9 +320,9 @@ impl Point {
     }
 }
 
-/// Check a pixel or an acceleration.
+/// Check a pixel or an acceleration: a number, and none that no sensor gives.
 pub(super) fn require_finite(name: &'static str, time_s: f64, values: &[f64]) -> Result<()> {
-    match values.iter().find(|x| !x.is_finite()) {
+    match values.iter().find(|x| x.is_nan() || x.abs() > MOST) {
         Some(value) => Err(Error::NotFinite { name, time_s, value: *value }),
         None => Ok(()),
     }

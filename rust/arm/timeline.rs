@@ -7,6 +7,7 @@
 use super::motion::Motion;
 use super::rest::Stillness;
 use super::state::{Noise, require_finite};
+use crate::error::require_time;
 use super::tracker::Sample;
 use crate::quaternion::Quaternion;
 use crate::{Error, Result};
@@ -27,6 +28,8 @@ pub struct Timeline {
     /// The shortest interval between samples so far, s.
     shortest_s: f64,
     pending: Motion,
+    /// For how long of it nothing was measured, s.
+    pending_gap_s: f64,
     stillness: Stillness,
 }
 
@@ -47,6 +50,7 @@ impl Timeline {
             held: None,
             shortest_s: f64::INFINITY,
             pending: Motion::none(),
+            pending_gap_s: 0.0,
             stillness: Stillness::new(),
         }
     }
@@ -62,7 +66,7 @@ impl Timeline {
     /// [`Error::Late`], [`Error::NotFinite`], [`Error::QuaternionNorm`]; the timeline is then as before.
     pub fn take(&mut self, sample: &Sample, noise: &Noise) -> Result<()> {
         let time_s = sample.time_s;
-        require_finite("IMU time", time_s, &[time_s])?;
+        require_time("IMU time", time_s)?;
         require_finite("acceleration", time_s, sample.acceleration.as_slice())?;
         require_finite("orientation", time_s, &sample.world_sensor.wxyz())?;
         if let Some(rate) = sample.turn_rate {
@@ -94,7 +98,7 @@ impl Timeline {
     /// [`Error::NoInertialSample`] before the first sample, [`Error::Late`] for a frame that is not later than
     /// what was reached.
     pub fn reach_frame(&mut self, time_s: f64, noise: &Noise) -> Result<()> {
-        require_finite("frame time", time_s, &[time_s])?;
+        require_time("frame time", time_s)?;
         if self.held.is_none_or(|held| held.time_s > time_s) {
             return Err(Error::NoInertialSample { time_s });
         }
@@ -113,6 +117,12 @@ impl Timeline {
     /// Start a new interval: the pending motion has been used, or there is nothing yet that it could move.
     pub fn clear_pending(&mut self) {
         self.pending = Motion::none();
+        self.pending_gap_s = 0.0;
+    }
+
+    /// For how long of the pending motion the IMU said nothing, s.
+    pub fn pending_gap_s(&self) -> f64 {
+        self.pending_gap_s
     }
 
     /// How long a sample holds, s.
@@ -151,6 +161,7 @@ impl Timeline {
             }
             if to_s > holds_until {
                 self.pending.append(to_s - holds_until, Vector3::zeros(), noise.gap_density, noise.bias);
+                self.pending_gap_s += to_s - holds_until;
             }
         }
         self.now_s = to_s;

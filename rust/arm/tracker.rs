@@ -3,12 +3,14 @@
 use super::colour::Sighting;
 use super::ekf::{ArmGaussian, Correction};
 use super::particle::{ArmLayer, ArmParticles, Frame};
+use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
+use super::plausible::{Judged, PATIENCE_S, Plausibility};
 use super::state::{Arm, Estimate, Noise, View, require_finite};
 use super::timeline::Timeline;
 use crate::filter::{Recorder, Resampling};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
-use crate::{Error, Result};
+use crate::{Error, Result, saved};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +68,12 @@ pub struct ArmTracker {
     last_world_sensor: Option<Quaternion>,
     last_frame_s: Option<f64>,
     lost_at_s: Option<f64>,
+    plausibility: Plausibility,
+    /// For how long since the last sighting the IMU has said nothing, s.
+    blind_s: f64,
+    /// Nothing is known until the patch is seen again.
+    is_unknown: bool,
+    restarts: u64,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -97,6 +105,10 @@ impl ArmTracker {
             last_world_sensor: None,
             last_frame_s: None,
             lost_at_s: None,
+            plausibility: Plausibility::new(),
+            blind_s: 0.0,
+            is_unknown: false,
+            restarts: 0,
         })
     }
 
@@ -125,8 +137,8 @@ impl ArmTracker {
     ///
     /// # Errors
     /// [`Error::Size`] for another number of pixels than cameras, [`Error::NoInertialSample`], [`Error::Late`],
-    /// [`Error::NotFinite`], [`Error::AllWeightsZero`], [`Error::Singular`], [`Error::RanAway`]; after one of these three the
-    /// tracker is lost, and every further update says so ([`Error::Lost`]).
+    /// [`Error::NotFinite`], [`Error::AllWeightsZero`], [`Error::Singular`], [`Error::RanAway`], [`Error::Implausible`]; after
+    /// one of these four the tracker is lost, and every further update says so ([`Error::Lost`]).
     pub fn update(&mut self, time_s: f64, pixels: &[Option<Vector2<f64>>]) -> Result<Estimate> {
         self.update_recorded(time_s, pixels, None)
     }
@@ -159,6 +171,7 @@ impl ArmTracker {
             self.timeline.clear_pending();
         }
         let world_sensor = self.timeline.world_sensor(&self.noise);
+        self.notice_pause(time_s, world_sensor, pixels);
         let frame = Frame {
             time_s,
             motion: self.timeline.pending().clone(),
@@ -175,12 +188,21 @@ impl ArmTracker {
         };
         // Until it is known that all went well: a filter that failed half-way must not be used again.
         self.lost_at_s = Some(time_s);
-        let estimate = match &mut self.filter {
+        let mut estimate = match &mut self.filter {
             Filter::Particles(filter) => filter.update(&self.arm, &self.noise, &frame, recorder),
             Filter::Gaussian(filter) => filter.update(&self.arm, &self.noise, &frame),
         }?;
-        if !estimate.mean.iter().chain(estimate.covariance.iter()).all(|x| x.is_finite()) {
+        if !estimate.is_finite() {
             return Err(Error::RanAway { time_s });
+        }
+        let judged = Judged { arm: &self.arm, noise: &self.noise, sightings: &frame.sightings, world_sensor };
+        estimate.doubt = self.plausibility.doubt(&estimate, &judged);
+        let lasted_s = self.plausibility.beyond_s();
+        if let Some(why) = estimate.doubt.filter(|_| lasted_s > PATIENCE_S && self.is_held_by_arm()) {
+            return Err(Error::Implausible { time_s, why, lasted_s });
+        }
+        if self.is_unknown {
+            estimate.doubt = Some("neither IMU nor patch has said where the arm is since a pause");
         }
         self.lost_at_s = None;
         self.last_world_sensor = Some(world_sensor);
@@ -189,10 +211,45 @@ impl ArmTracker {
         Ok(estimate)
     }
 
+    /// After a pause the state is not known: start again where the patch is seen, as far as the arm reaches.
+    fn notice_pause(&mut self, time_s: f64, world_sensor: Quaternion, pixels: &[Option<Vector2<f64>>]) {
+        self.blind_s += self.timeline.pending_gap_s();
+        let waited_s = self.last_frame_s.map_or(0.0, |last| time_s - last);
+        self.is_unknown |= self.blind_s > BLIND_S || waited_s > NO_FRAME_S;
+        let mut seen = self.views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? }));
+        let Some(sighting) = seen.next() else { return };
+        self.blind_s = 0.0;
+        let sees_patch = match &self.filter {
+            Filter::Particles(filter) => filter.sees_patch(),
+            Filter::Gaussian(filter) => filter.sees_patch(),
+        };
+        if !std::mem::take(&mut self.is_unknown) || !sees_patch {
+            return;
+        }
+        self.restarts += 1;
+        let glued = world_sensor.rotate(sighting.view.patch_offset);
+        let stretch = Reachable::within_reach(&self.arm, &self.noise, &sighting, glued);
+        match &mut self.filter {
+            Filter::Particles(filter) => filter.start_again(&self.arm, &self.noise, &stretch, self.restarts),
+            Filter::Gaussian(filter) => filter.start_again(&self.arm, &self.noise, &stretch),
+        }
+        self.plausibility = Plausibility::new();
+        self.last_world_sensor = None;
+        self.timeline.clear_pending();
+    }
+
+    /// Whether the arm's length holds the estimate: only then is one beyond its reach a track that was lost.
+    fn is_held_by_arm(&self) -> bool {
+        match &self.filter {
+            Filter::Particles(filter) => filter.is_held_by_arm(),
+            Filter::Gaussian(filter) => filter.is_held_by_arm(),
+        }
+    }
+
     /// What is known at `time_s`, between frames; draws nothing and changes nothing.
     ///
     /// # Errors
-    /// [`Error::NoInertialSample`], [`Error::Late`].
+    /// [`Error::NoInertialSample`], [`Error::Late`], [`Error::RanAway`].
     pub fn estimate(&self, time_s: f64) -> Result<Estimate> {
         let mut timeline = self.timeline.clone();
         timeline.reach_frame(time_s, &self.noise)?;
@@ -200,10 +257,11 @@ impl ArmTracker {
             timeline.clear_pending();
         }
         let (motion, world_sensor) = (timeline.pending(), timeline.world_sensor(&self.noise));
-        Ok(match &self.filter {
+        let estimate = match &self.filter {
             Filter::Particles(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
             Filter::Gaussian(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
-        })
+        };
+        if estimate.is_finite() { Ok(estimate) } else { Err(Error::RanAway { time_s }) }
     }
 
     /// A stretch of a recording: samples and frames, each in order of time, merged; a sample at a frame's own
@@ -249,14 +307,17 @@ impl ArmTracker {
     /// # Errors
     /// [`Error::SavedState`] when memory runs out.
     pub fn save(&self) -> Result<Vec<u8>> {
-        postcard::to_stdvec(self).map_err(|e| Error::SavedState { reason: e.to_string() })
+        saved::to_bytes("arm", self)
     }
 
     /// From [`ArmTracker::save`].
     ///
     /// # Errors
-    /// [`Error::SavedState`].
+    /// [`Error::SavedState`], [`Error::Parameter`].
     pub fn restore(bytes: &[u8]) -> Result<Self> {
-        postcard::from_bytes(bytes).map_err(|e| Error::SavedState { reason: e.to_string() })
+        let tracker: Self = saved::from_bytes("arm", bytes)?;
+        tracker.arm.check()?;
+        tracker.noise.check()?;
+        Ok(tracker)
     }
 }

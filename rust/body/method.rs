@@ -90,14 +90,17 @@ pub struct BodyMethod {
     pub unseen: Unseen,
 }
 
+/// No parameter is larger, in any unit.
+const MOST: f64 = 1e6;
+
 impl BodyMethod {
     /// Check every range.
     ///
     /// # Errors
     /// [`Error::Parameter`] naming the first that is out of range.
     pub fn check(&self) -> Result<()> {
-        let positive = |x: f64| x > 0.0 && x.is_finite();
-        let zero_or_more = |x: f64| x >= 0.0 && x.is_finite();
+        let positive = |x: f64| x > 0.0 && x <= MOST;
+        let zero_or_more = |x: f64| (0.0..=MOST).contains(&x);
         let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
         require(
             (1..=self.len.max(1)).contains(&self.islands),
@@ -112,7 +115,7 @@ impl BodyMethod {
         require((0.0..1.0).contains(&self.anew_share), "anew_share", self.anew_share, "a share from 0 to below 1")?;
         match self.weighing {
             Weighing::Rescaled { base, alpha, adapt } => {
-                require(base > 1.0 && base.is_finite(), "sharpness", base, "above 1")?;
+                require(base > 1.0 && base <= 1e100, "sharpness", base, "above 1")?;
                 require((0.0..=2.0).contains(&alpha), "alpha", alpha, "0 to 2")?;
                 require((0.0..=1.0).contains(&adapt), "adapt", adapt, "0 to 1")?;
             }

@@ -9,9 +9,13 @@ use crate::filter::Recorder;
 use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::rng::branch;
-use crate::{Error, Result};
+use crate::error::require_time;
+use crate::{Error, Result, saved};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+
+/// No picture is larger, px.
+const MOST_PX: f64 = 1e6;
 
 /// What a frame shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -94,8 +98,9 @@ impl BodyTracker {
         evidence: &BodyEvidence,
         recorder: Option<&mut dyn Recorder>,
     ) -> Result<BodyEstimate> {
-        if !time_s.is_finite() {
-            return Err(Error::NotFinite { name: "frame time", time_s, value: time_s });
+        require_time("frame time", time_s)?;
+        if let Some(odd) = evidence.blobs.iter().flatten().find(|x| x.is_nan() || x.abs() > MOST_PX) {
+            return Err(Error::NotFinite { name: "blob", time_s, value: *odd });
         }
         if let Some(lost_at_s) = self.lost_at_s {
             return Err(Error::Lost { time_s, lost_at_s });
@@ -151,15 +156,17 @@ impl BodyTracker {
     /// # Errors
     /// [`Error::SavedState`] when memory runs out.
     pub fn save(&self) -> Result<Vec<u8>> {
-        postcard::to_stdvec(self).map_err(|e| Error::SavedState { reason: e.to_string() })
+        saved::to_bytes("body", self)
     }
 
     /// From [`BodyTracker::save`].
     ///
     /// # Errors
-    /// [`Error::SavedState`].
+    /// [`Error::SavedState`], [`Error::Parameter`].
     pub fn restore(bytes: &[u8]) -> Result<Self> {
-        postcard::from_bytes(bytes).map_err(|e| Error::SavedState { reason: e.to_string() })
+        let tracker: Self = saved::from_bytes("body", bytes)?;
+        tracker.method.check()?;
+        Ok(tracker)
     }
 }
 

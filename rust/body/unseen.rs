@@ -18,6 +18,9 @@ use serde::{Deserialize, Serialize};
 /// How soon a body forgets the pose of its first frame: the correlation time of an Ornstein-Uhlenbeck process, s.
 const MEMORY_S: f64 = 1.0;
 
+/// No body is farther away, m, or turns more, rad.
+const MOST: f64 = 100.0;
+
 /// The joint that a key joint goes with: an elbow or a wrist with its shoulder.
 const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
 
@@ -41,7 +44,7 @@ impl Unseen {
     /// # Errors
     /// [`crate::Error::Parameter`] naming the first that is out of range.
     pub fn check(&self) -> Result<()> {
-        let zero_or_more = |x: f64| x >= 0.0 && x.is_finite();
+        let zero_or_more = |x: f64| (0.0..=MOST).contains(&x);
         require(zero_or_more(self.distance_m), "unseen_distance_sd_m", self.distance_m, "0 m or more")?;
         require(zero_or_more(self.lean), "unseen_lean_sd_rad", self.lean, "0 rad or more")?;
         require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")

@@ -1,7 +1,7 @@
 //! One cycle of the layered particle filter (Tao & Hu III-E, Fig. 4, for any list of layers).
 
 use super::{Layer, LayerRecord, Recorder};
-use crate::particles::ParticleSet;
+use crate::particles::{BlockMut, ParticleSet};
 use crate::resample::Scheme;
 use crate::rng::Streams;
 use crate::{Error, Result, error::require};
@@ -57,6 +57,17 @@ impl LayeredFilter {
     /// Start from `particles`, drawn from the prior.
     pub fn new(particles: ParticleSet, resampling: Resampling, seed: u64) -> Self {
         Self { particles, resampling, seed, step: 0, scratch: Scratch::default() }
+    }
+
+    /// The seed of all streams.
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Draw every particle anew, block by block; all weigh the same.
+    pub fn start_again(&mut self, draw: impl Fn(usize, BlockMut<'_>) + Sync) {
+        self.particles.weigh_equally();
+        self.particles.for_each_block(draw);
     }
 
     /// The set as the last cycle left it.

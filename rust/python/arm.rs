@@ -1,5 +1,6 @@
 //! `ArmTracker`: the online tracker, and a recording in one call.
 
+use super::border::{compute, guarded};
 use super::estimate::{Estimate, table};
 use super::record::{LayerRecord, records};
 use super::{rows, same_length};
@@ -155,7 +156,7 @@ impl TryFrom<MethodArgument> for Method {
 /// Raise `InputError` where a `pytracker.Camera` is not one: focal lengths, rotation, finite numbers.
 #[pyfunction]
 pub fn check_camera(camera: CameraArgument) -> PyResult<()> {
-    View::try_from(camera)?;
+    guarded(|| View::try_from(camera))?;
     Ok(())
 }
 
@@ -186,6 +187,7 @@ impl ArmTracker {
     #[new]
     #[pyo3(signature = (arm, cameras, method, seed = 0))]
     fn new(
+        py: Python<'_>,
         arm: ArmArgument,
         #[pyo3(from_py_with = extract_views)] cameras: Vec<View>,
         #[pyo3(from_py_with = extract_method)] method: (Noise, Method),
@@ -197,7 +199,7 @@ impl ArmTracker {
             forearm_m: arm.forearm_m,
             wrist_start: arm.wrist_start_m.into(),
         };
-        Ok(Self(arm::ArmTracker::new(arm, cameras, method.0, method.1, seed)?))
+        Ok(Self(compute(py, None, || arm::ArmTracker::new(arm, cameras, method.0, method.1, seed))?))
     }
 
     /// Take an IMU sample: time in s, specific force `(3,)` in m/s², orientation `(4,)` sensor to world (w
@@ -210,7 +212,7 @@ impl ArmTracker {
             world_sensor: Quaternion::from_wxyz(q_world_sensor),
             turn_rate: gyr.map(Vector3::from),
         };
-        Ok(self.0.predict(&sample)?)
+        Ok(guarded(|| self.0.predict(&sample))?)
     }
 
     /// Take a camera frame: `pixel` is `(u, v)`, `None` where nothing was seen, or one such per camera.
@@ -218,7 +220,7 @@ impl ArmTracker {
     #[pyo3(signature = (time_s, pixel))]
     fn update(&mut self, py: Python<'_>, time_s: f64, pixel: Option<Pixels>) -> PyResult<Estimate> {
         let pixels = self.pixels(pixel);
-        Ok(Estimate(py.detach(|| self.0.update(time_s, &pixels))?))
+        Ok(Estimate(compute(py, None, || self.0.update(time_s, &pixels))?))
     }
 
     /// The same, with what every layer did (none for a Gaussian method): same bits, more memory. Raises as `update`.
@@ -230,13 +232,13 @@ impl ArmTracker {
         pixel: Option<Pixels>,
     ) -> PyResult<(Estimate, Vec<LayerRecord>)> {
         let (pixels, mut history) = (self.pixels(pixel), History::default());
-        let estimate = py.detach(|| self.0.update_recorded(time_s, &pixels, Some(&mut history)))?;
+        let estimate = compute(py, None, || self.0.update_recorded(time_s, &pixels, Some(&mut history)))?;
         Ok((Estimate(estimate), records(history)))
     }
 
     /// What is known at `time_s`, between frames; draws nothing and changes nothing. Raises `InputError`.
-    fn estimate(&self, time_s: f64) -> PyResult<Estimate> {
-        Ok(Estimate(self.0.estimate(time_s)?))
+    fn estimate(&self, py: Python<'_>, time_s: f64) -> PyResult<Estimate> {
+        Ok(Estimate(compute(py, None, || self.0.estimate(time_s))?))
     }
 
     /// A stretch of a recording in one call, without the interpreter lock.
@@ -262,7 +264,7 @@ impl ArmTracker {
     ) -> PyResult<(Bound<'py, PyDict>, usize, Option<String>)> {
         let samples = samples(&imu_time_s, &acc, &q_world_sensor, gyr.as_ref())?;
         let frames = frames(&time_s, &pixels)?;
-        let stretch = py.detach(|| super::on_threads(threads, || self.0.run(&samples, &frames, first_frame)))?;
+        let stretch = compute(py, threads, || Ok(self.0.run(&samples, &frames, first_frame)))?;
         match stretch.stopped {
             Some(error) if !error.is_loss_of_track() => Err(error.into()),
             stopped => Ok((table(py, &stretch.estimates)?, stretch.used, stopped.map(|e| e.to_string()))),
@@ -284,13 +286,13 @@ impl ArmTracker {
 
     /// The whole tracker as bytes, for `restore` by the same version.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        Ok(PyBytes::new(py, &self.0.save()?))
+        Ok(PyBytes::new(py, &guarded(|| self.0.save())?))
     }
 
     /// A tracker from what `save` gave. Raises `InputError`.
     #[staticmethod]
     fn restore(state: &[u8]) -> PyResult<Self> {
-        Ok(Self(arm::ArmTracker::restore(state)?))
+        Ok(Self(guarded(|| arm::ArmTracker::restore(state))?))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {

@@ -1,5 +1,6 @@
 //! `BodyTracker`: the online tracker of the body; `Skeleton`: forward kinematics.
 
+use super::border::{compute, guarded};
 use super::record::{LayerRecord, records};
 use super::rows;
 use crate::body::edges::EdgeImage;
@@ -50,7 +51,7 @@ impl Skeleton {
                 })
             })
             .collect::<Result<_>>()?;
-        Ok(Self(skeleton::Skeleton::new(bones)?))
+        Ok(Self(guarded(|| skeleton::Skeleton::new(bones))?))
     }
 
     /// Forward kinematics of poses `(T, C)`, metres and radians: starts and ends of all bones, `(T, B, 3)` each, world,
@@ -59,7 +60,7 @@ impl Skeleton {
         let (poses, bones) = (poses.as_array(), self.0.bones().len());
         let (mut starts, mut ends) = (Vec::new(), Vec::new());
         for pose in poses.rows() {
-            let posed = self.0.pose(&pose.to_vec())?;
+            let posed = guarded(|| self.0.pose(&pose.to_vec()))?;
             starts.extend(posed.starts.iter().flatten().copied());
             ends.extend(posed.ends.iter().flatten().copied());
         }
@@ -177,6 +178,7 @@ impl BodyTracker {
     #[pyo3(signature = (skeleton, pose, free, limits, parts, camera, method, seed = 0))]
     #[allow(clippy::too_many_arguments)] // one argument a thing; keywords in Python
     fn new(
+        py: Python<'_>,
         skeleton: &Skeleton,
         pose: Vec<f64>,
         free: Vec<usize>,
@@ -190,8 +192,11 @@ impl BodyTracker {
             .into_iter()
             .map(|part| Part { start: part.start, end: part.end, half_width_m: part.half_width_m })
             .collect();
-        let figure = Figure::new(&skeleton.0, &pose, &free, &rows("limits", &limits)?, &parts)?;
-        Ok(Self(body::BodyTracker::new(figure, camera, method, seed)?))
+        let limits = rows("limits", &limits)?;
+        Ok(Self(compute(py, None, || {
+            let figure = Figure::new(&skeleton.0, &pose, &free, &limits, &parts)?;
+            body::BodyTracker::new(figure, camera, method, seed)
+        })?))
     }
 
     /// Take a frame: time in s, edges `(H, W)` bytes (0 is none), centres of blobs `(B, 2)` px in no order. Raises
@@ -207,8 +212,7 @@ impl BodyTracker {
         threads: Option<usize>,
     ) -> PyResult<BodyEstimate> {
         let evidence = BodyEvidence { edges: image(&edges)?, blobs: rows("blobs", &blobs)? };
-        let estimate = py.detach(|| super::on_threads(threads, || self.0.update(time_s, &evidence)))?;
-        Ok(BodyEstimate(estimate?))
+        Ok(BodyEstimate(compute(py, threads, || self.0.update(time_s, &evidence))?))
     }
 
     /// The same, with what every layer did: same bits, more memory. Raises as `update`.
@@ -221,19 +225,16 @@ impl BodyTracker {
     ) -> PyResult<(BodyEstimate, Vec<LayerRecord>)> {
         let evidence = BodyEvidence { edges: image(&edges)?, blobs: rows("blobs", &blobs)? };
         let mut history = History::default();
-        let estimate = py.detach(|| self.0.update_recorded(time_s, &evidence, Some(&mut history)))?;
+        let estimate = compute(py, None, || self.0.update_recorded(time_s, &evidence, Some(&mut history)))?;
         Ok((BodyEstimate(estimate), records(history)))
     }
 
     /// Key joints `(T, 8, 3)`, world, m, of states `(T, D)`: m and rad. Raises `InputError`.
     fn joints<'py>(&self, py: Python<'py>, states: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray3<f64>>> {
         let view = states.as_array();
-        let set = match view.as_slice() {
-            Some(rows) => ParticleSet::from_rows(view.ncols(), rows),
-            None => ParticleSet::from_rows(view.ncols(), &view.iter().copied().collect::<Vec<_>>()),
-        }?;
-        let joints = py.detach(|| self.0.figure().joints_of(&set))?;
-        PyArray1::from_vec(py, joints.rows()).reshape([set.len(), KEY_JOINTS.len(), 3])
+        let (rows, columns): (Vec<f64>, _) = (view.iter().copied().collect(), view.ncols());
+        let joints = compute(py, None, || self.0.figure().joints_of(&ParticleSet::from_rows(columns, &rows)?))?;
+        PyArray1::from_vec(py, joints.rows()).reshape([joints.len(), KEY_JOINTS.len(), 3])
     }
 
     /// Whole poses `(T, C)` of states `(T, D)`: m and rad. Raises `InputError`.
@@ -243,7 +244,7 @@ impl BodyTracker {
             let (got, expected) = (states.ncols(), model.dim());
             return Err(Error::Size { name: "states", got, unit: "columns", expected }.into());
         }
-        let poses: Vec<Vec<f64>> = states.rows().into_iter().map(|state| model.pose(&state.to_vec())).collect();
+        let poses = guarded(|| Ok(states.rows().into_iter().map(|state| model.pose(&state.to_vec())).collect::<Vec<_>>()))?;
         Ok(PyArray2::from_vec2(py, &poses)?)
     }
 
@@ -262,13 +263,13 @@ impl BodyTracker {
 
     /// The whole tracker as bytes, for `restore` by the same version.
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        Ok(PyBytes::new(py, &self.0.save()?))
+        Ok(PyBytes::new(py, &guarded(|| self.0.save())?))
     }
 
     /// A tracker from what `save` gave. Raises `InputError`.
     #[staticmethod]
     fn restore(state: &[u8]) -> PyResult<Self> {
-        Ok(Self(body::BodyTracker::restore(state)?))
+        Ok(Self(guarded(|| body::BodyTracker::restore(state))?))
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyBytes>,))> {
@@ -368,6 +369,9 @@ pub fn missed_edges<'py>(
     let corners = |c: [f64; 8]| [[c[0], c[1]], [c[2], c[3]], [c[4], c[5]], [c[6], c[7]]];
     let outlines: Vec<_> = rows::<8>("outlines", &outlines)?.into_iter().map(corners).collect();
     let mut missed = vec![0.0; outlines.len()];
-    py.detach(|| image.missed_all(&outlines, &mut missed));
+    compute(py, None, || {
+        image.missed_all(&outlines, &mut missed);
+        Ok(())
+    })?;
     Ok(PyArray1::from_vec(py, missed))
 }

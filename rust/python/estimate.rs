@@ -83,6 +83,12 @@ impl Estimate {
         self.0.log_evidence
     }
 
+    /// Why it must not be believed, in words; empty where nothing speaks against it.
+    #[getter]
+    fn doubt(&self) -> &'static str {
+        self.0.doubt.unwrap_or_default()
+    }
+
     fn __repr__(&self) -> String {
         let (w, s) = (&self.0.wrist.mean, &self.0.wrist.sd);
         format!(
@@ -109,6 +115,7 @@ pub fn table<'py>(py: Python<'py>, estimates: &[arm::Estimate]) -> PyResult<Boun
     let numbers = |of: fn(&arm::Estimate) -> f64| PyArray1::from_iter(py, estimates.iter().map(of));
     out.set_item("ess", numbers(|e| e.ess.unwrap_or(f64::NAN)))?;
     out.set_item("log_evidence", numbers(|e| e.log_evidence.unwrap_or(f64::NAN)))?;
+    out.set_item("doubt", estimates.iter().map(|e| e.doubt.unwrap_or_default()).collect::<Vec<_>>())?;
     let dim = estimates.first().map_or(0, |e| e.mean.len());
     let mean = PyArray1::from_iter(py, estimates.iter().flat_map(|e| e.mean.iter().copied()));
     out.set_item("mean", mean.reshape([estimates.len(), dim])?)?;

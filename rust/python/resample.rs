@@ -1,6 +1,7 @@
 //! `resample(scheme, weights, n, seed)`.
 
-use crate::error::require;
+use super::border::compute;
+use crate::error::{require, room};
 use crate::resample::{Ancestors, Scheme};
 use crate::rng::Streams;
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -30,7 +31,12 @@ pub fn resample<'py>(
     for weight in &mut weights {
         *weight *= scale;
     }
+    require(u32::try_from(n).is_ok(), "n", n as f64, "0 to 4294967295")?;
+    room("n draws", n.saturating_mul(2))?;
     let mut ancestors = Ancestors::default();
-    py.detach(|| scheme.draw(&weights, n, &mut Streams::new(seed, 0, 0).resampling(), &mut ancestors));
+    compute(py, None, || {
+        scheme.draw(&weights, n, &mut Streams::new(seed, 0, 0).resampling(), &mut ancestors);
+        Ok(())
+    })?;
     Ok(PyArray1::from_slice(py, ancestors.indices()))
 }

@@ -1,0 +1,86 @@
+"""How long a video's container says that the file is: one that was cut short is told from its own sizes.
+
+| container | what says it | source |
+|---|---|---|
+| MP4, MOV | every top-level box begins with its size | ISO/IEC 14496-12, 4.2 |
+| AVI | every RIFF chunk does | Microsoft, AVI RIFF File Reference |
+| MKV, WebM | so does the segment; all ones: unknown | RFC 8794, 6.2; RFC 9559 |
+"""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import BinaryIO
+
+__all__ = ["missing_bytes"]
+
+EBML = b"\x1a\x45\xdf\xa3"
+SEGMENT = b"\x18\x53\x80\x67"
+BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"moof", b"styp", b"sidx", b"uuid", b"meta", b"udta")
+
+
+def missing_bytes(path: Path) -> int:
+    """How many bytes the container says there are beyond the file's end; 0 where it says none, or nothing."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        start = file.read(12)
+        file.seek(0)
+        if start[4:8] in BOXES:
+            return max(0, _end_of_boxes(file, size) - size)
+        if start[:4] == b"RIFF":
+            return max(0, _end_of_chunks(file, size) - size)
+        if start[:4] == EBML:
+            return max(0, _end_of_segment(file) - size)
+    return 0
+
+
+def _end_of_boxes(file: BinaryIO, size: int) -> int:
+    at = 0
+    while at + 8 <= size:
+        file.seek(at)
+        length, name = struct.unpack(">I4s", file.read(8))
+        if length == 1:
+            large = file.read(8)
+            if len(large) < 8:
+                return size + 1
+            length = struct.unpack(">Q", large)[0]
+        if length == 0 or length < 8 or name not in BOXES:  # to the end; or something that is no box
+            return size
+        at += length
+    return at
+
+
+def _end_of_chunks(file: BinaryIO, size: int) -> int:
+    at = 0
+    while at + 8 <= size:
+        file.seek(at)
+        name, length = struct.unpack("<4sI", file.read(8))
+        if name != b"RIFF" or length == 0:
+            return size
+        at += 8 + length + length % 2
+    # The last padding byte is often left out.
+    return at - 1 if at == size + 1 else at
+
+
+def _end_of_segment(file: BinaryIO) -> int:
+    head = file.read(64)
+    at = 4
+    length, width = _vint(head, at)
+    at += width + length
+    file.seek(at)
+    head = file.read(12)
+    if head[:4] != SEGMENT:
+        return 0
+    length, width = _vint(head, 4)
+    is_unknown = length == (1 << (7 * width)) - 1
+    return 0 if is_unknown or not width else at + 4 + width + length
+
+
+def _vint(data: bytes, at: int) -> tuple[int, int]:
+    """A variable-size integer and its width in bytes; (0, 0) where there is none."""
+    first = data[at] if at < len(data) else 0
+    width = 9 - first.bit_length()
+    if not first or at + width > len(data):
+        return 0, 0
+    return int.from_bytes(data[at : at + width], "big") & ((1 << (7 * width)) - 1), width

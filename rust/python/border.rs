@@ -1,0 +1,66 @@
+//! The border to Python: work without the interpreter's lock, on so many threads, and no panic across it.
+
+use crate::error::require;
+use crate::{Error, Result};
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::process;
+use std::sync::{Arc, Mutex, OnceLock};
+
+/// No laptop has more; each costs a stack.
+const MOST_THREADS: usize = 256;
+
+/// The process that loaded this module.
+static BORN_IN: OnceLock<u32> = OnceLock::new();
+
+/// Remember which process this is.
+pub fn remember_process() {
+    BORN_IN.get_or_init(process::id);
+}
+
+/// Do `work` without the interpreter's lock, on `threads` threads, on as many as there are where none are said.
+///
+/// A panic becomes [`Error::Internal`].
+pub fn compute<R: Send>(py: Python<'_>, threads: Option<usize>, work: impl FnOnce() -> Result<R> + Send) -> PyResult<R> {
+    Ok(py.detach(|| guarded(|| on_threads(threads, work)))?)
+}
+
+/// `work`, its panics as errors.
+pub fn guarded<R>(work: impl FnOnce() -> Result<R>) -> Result<R> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let words = panic.downcast_ref::<&str>().map(ToString::to_string);
+        let reason = words.or_else(|| panic.downcast_ref::<String>().cloned());
+        Err(Error::Internal { reason: reason.unwrap_or_else(|| "no reason given".to_string()) })
+    })
+}
+
+fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
+    if let Some(count) = threads {
+        require((1..=MOST_THREADS).contains(&count), "threads", count as f64, "1 to 256")?;
+        return pool(count)?.install(work);
+    }
+    // A forked process has the parent's pool without its threads: waiting for them would never end.
+    if BORN_IN.get().is_some_and(|born| *born != process::id()) { pool_of_child()?.install(work) } else { work() }
+}
+
+/// The only thread of a forked process, made once; its siblings use the other processors.
+fn pool_of_child() -> Result<Arc<ThreadPool>> {
+    static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+    let mut known = POOL.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    match &*known {
+        Some((id, pool)) if *id == process::id() => Ok(Arc::clone(pool)),
+        _ => {
+            let made = Arc::new(pool(1)?);
+            // The parent's handle is not dropped: that would wait for threads which are not here.
+            std::mem::forget(known.replace((process::id(), Arc::clone(&made))));
+            Ok(made)
+        }
+    }
+}
+
+fn pool(count: usize) -> Result<ThreadPool> {
+    let refused =
+        |_| Error::Parameter { name: "threads", value: count as f64, expected: "as many as the machine allows" };
+    ThreadPoolBuilder::new().num_threads(count).build().map_err(refused)
+}
