@@ -15,7 +15,7 @@ from pytracker._core import InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
 from pytracker.joint_track import Track
 from pytracker.methods import Ekf
-from pytracker.recording import ArmRecording
+from pytracker.recording import ArmRecording, Recording
 from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
 from pytracker.track_arm import ArmTrack, track_arm
 from pytracker.track_body import BodyTrack
@@ -68,7 +68,7 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
     what = f"heading_deg turned by {heading_deg:+g}°" if heading_deg else f"offset_s changed by {offset_s:+g} s"
     look = "heading_deg and mount" if heading_deg else "offset_s and start_s"
     return (
-        f"{recording.folder or 'the recording'}: camera and IMU agree better with {what} (log evidence "
+        f"{where_of(recording)}: camera and IMU agree better with {what} (log evidence "
         f"+{gains[best]:.0f}, expected less than +{CERTAIN:g} of any change): check {look}, then the camera and the "
         "arm's lengths",
     )
@@ -101,8 +101,13 @@ def _log_evidence(
     return found
 
 
+def where_of(recording: Recording) -> str:
+    """What to call a recording in a sentence: the name of its folder."""
+    return recording.folder.resolve().name if recording.folder else "the recording"
+
+
 def _of_body(track: BodyTrack) -> tuple[str, ...]:
-    where = track.recording.folder or track.recording.view.video
+    where = where_of(track.recording)
     first, all_frames = track.on_person[0], float(np.mean(track.on_person))
     least = f"expected {LEAST_ON_PERSON:.0%} at least"
     if first < LEAST_ON_PERSON:

@@ -28,6 +28,14 @@ START_M = 0.10
 START_PX = 40.0
 """How far arm length and patch may be off at the first frame before something must be wrong."""
 
+STRAY = 4.0
+"""Times the arm's reach: no marker of it goes so far from where it usually is."""
+MOST_STRAYS = 0.05
+"""More such rows are no strays: the lengths then tell what is wrong."""
+SHOULDER_M = 0.10
+ELBOW_SWINGS_M = 0.06
+"""A shoulder that is taken to be still moves by a few centimetres."""
+
 MISS_M = 0.10
 """How far the patch's ray may pass from the arm sphere when the start is found from it."""
 
@@ -160,22 +168,41 @@ def _truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[
         raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint of the arm, expected: {', '.join(JOINTS)}")
     if "wrist" not in wanted:
         raise InputError(f"{path}: truth.markers names {', '.join(wanted) or 'nothing'}, expected at least wrist")
+    joints = {joint: markers.positions_m[marker] for joint, marker in wanted.items()}
+    strayed = _without_strays(file, joints, arm)
     gaps = {joint: markers.gaps[marker] for joint, marker in wanted.items()}
-    truth = Truth(
-        time_s=markers.time_s + entry.offset_s,
-        joints_m={joint: markers.positions_m[marker] for joint, marker in wanted.items()},
-        gaps=gaps,
-    )
-    _check_truth(file, truth, arm)
-    return truth, [
+    truth = Truth(time_s=markers.time_s + entry.offset_s, joints_m=joints, gaps=gaps)
+    return truth, [*strayed, *_check_truth(file, truth, arm)] + [
         f"{file}: {joint} was not seen in {count} of {len(markers.time_s)} frames; they are left out of the scores"
         for joint, count in gaps.items()
         if count
     ]
 
 
-def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> None:
-    """Markers that were mixed up, or are in other units, do not have the arm's lengths."""
+def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list[str]:
+    """Rows where a marker is far from where it usually is are gaps, not truth; returns a word on each joint that has some."""
+    warnings = []
+    reach = arm.upper_arm_m + arm.forearm_m
+    for joint, points in joints.items():
+        usual = np.nanmedian(points, axis=0) if np.isfinite(points).any() else np.zeros(3)
+        with np.errstate(invalid="ignore"):
+            stray = np.linalg.norm(points - usual, axis=1) > STRAY * reach
+        if not stray.any() or stray.mean() > MOST_STRAYS:
+            continue
+        first = int(np.argmax(stray))
+        warnings.append(
+            f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, expected within "
+            f"{STRAY * reach:.1f} m of its usual place; {int(stray.sum())} of {len(points)} rows are such and are left out"
+        )
+        joints[joint] = np.where(stray[:, None], np.nan, points)
+    return warnings
+
+
+def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> list[str]:
+    """Markers that were mixed up, or are in other units, do not have the arm's lengths.
+
+    Returns a warning where the shoulder is not where it is said to be.
+    """
     shoulder = np.broadcast_to(np.array(arm.shoulder_m), (len(truth.time_s), 3))
     joints = {"shoulder": shoulder, **truth.joints_m}
     reach = arm.upper_arm_m + arm.forearm_m
@@ -195,6 +222,22 @@ def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> None:
                 f"{file}: {a} and {b} are {middle:.3f} m apart, expected {low:.2f} to {high:.2f} m by the arm's "
                 "lengths: check the markers' names and units, and the world frame"
             )
+    if "shoulder" in truth.joints_m:
+        middle_m = np.nanmedian(truth.joints_m["shoulder"], axis=0)
+        off = float(np.linalg.norm(middle_m - np.array(arm.shoulder_m)))
+        if off > SHOULDER_M:
+            return [
+                f"{file}: the shoulder is at {np.round(middle_m, 3).tolist()} m (median), {off:.2f} m from shoulder_m "
+                f"{list(arm.shoulder_m)}, expected at most {SHOULDER_M} m"
+            ]
+    elif "elbow" in truth.joints_m:
+        swings = float(np.nanstd(np.linalg.norm(truth.joints_m["elbow"] - np.array(arm.shoulder_m), axis=1)))
+        if swings > ELBOW_SWINGS_M:
+            return [
+                f"{file}: the elbow's distance from shoulder_m varies by {swings:.2f} m (sd), expected less than "
+                f"{ELBOW_SWINGS_M} m: is the shoulder elsewhere?"
+            ]
+    return []
 
 
 def _check_start(place: str, arm: ArmEntry, start: Triple, view: View, imu: Imu) -> None:

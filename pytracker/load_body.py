@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +19,7 @@ from pytracker.recording import BodyRecording, BodyView, Camera, ProjectionFit, 
 from pytracker.rotation import Array
 from pytracker.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, InitialEntry, SkeletonEntry
 from pytracker.skeleton import UPPER_BODY, Skeleton
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from pytracker.toml_file import parse_toml
 
 __all__ = ["load_body"]
 
@@ -204,10 +199,7 @@ def _angles(file: Path, skeleton: Skeleton) -> Array:
     """`bone_dof = degrees` (root_tx, root_ty, root_tz: metres); what is not named is 0."""
     if not file.is_file():
         raise InputError(f"{file}: no such file, expected the first pose: lines of bone_dof = degrees")
-    try:
-        values = tomllib.loads(file.read_text("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: is not TOML: {error}") from None
+    values = parse_toml(file)
     pose = np.zeros(len(skeleton.channels))
     for name, value in values.items():
         if name not in skeleton.channels:

@@ -126,10 +126,10 @@ def _delete(old: Path, target: Path) -> None:
     for path in _files(old):
         if path.relative_to(old).as_posix() not in strange:
             path.unlink()
-    (old / MADE_HERE).unlink(missing_ok=True)
     for folder in sorted((path for path in old.rglob("*") if path.is_dir()), reverse=True):
         with contextlib.suppress(OSError):
             folder.rmdir()
+    (old / MADE_HERE).unlink(missing_ok=True)
     try:
         old.rmdir()
     except OSError:
@@ -177,8 +177,10 @@ def _sweep(target: Path) -> None:
             continue
         if left.name.endswith(ASIDE) and not target.exists():
             left.rename(target)
+        elif (left / MADE_HERE).is_file() and (left / MADE_HERE).stat().st_size:
+            _delete(left, target)  # an old result that was being deleted
         elif (left / MADE_HERE).is_file() or not any(left.iterdir()):
-            shutil.rmtree(left, ignore_errors=True)
+            shutil.rmtree(left, ignore_errors=True)  # a new one that was being written
 
 
 def is_alive(pid: str) -> bool:

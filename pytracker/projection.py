@@ -14,6 +14,9 @@ __all__ = ["camera_of", "fit_weak_perspective"]
 COEFFICIENTS = 3
 """Of a row of eq. (3): along x, along y, constant."""
 
+MOST = {"point": 1e3, "pixel": 1e5}
+"""No room is larger, m, and no picture, px."""
+
 
 def fit_weak_perspective(points_3d: Array, points_2d: Array) -> ProjectionFit:
     """Fit eq. (3), `pixel = A (x, y) + c`, to world points `(n, 3)`, m, and pixels `(n, 2)`.
@@ -26,9 +29,11 @@ def fit_weak_perspective(points_3d: Array, points_2d: Array) -> ProjectionFit:
     if len(points) <= COEFFICIENTS:
         raise InputError(f"there are {len(points)} point pairs, expected at least {COEFFICIENTS + 1}")
     for name, values in (("point", points), ("pixel", pixels)):
-        bad = np.argwhere(~np.isfinite(values))
+        bad = np.argwhere(~(np.abs(values) <= MOST[name]))
         if bad.size:
-            raise InputError(f"{name} {bad[0][0]} is {values[bad[0][0]]}, expected finite numbers")
+            raise InputError(
+                f"{name} {bad[0][0]} is {values[bad[0][0]]}, expected finite numbers within ±{MOST[name]:g}"
+            )
     design = np.column_stack([points[:, :2], np.ones(len(points))])
     scale = np.ptp(points[:, :2], axis=0).max()
     if np.linalg.matrix_rank(design - [*points[:, :2].mean(axis=0), 0.0], tol=1e-6 * max(scale, 1e-9)) < COEFFICIENTS:

@@ -17,7 +17,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Entry", "Finite", "Length", "Positive", "Whole", "read_toml", "validated"]
+__all__ = ["Entry", "Finite", "Length", "Positive", "Whole", "parse_toml", "read_toml", "validated"]
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
@@ -34,12 +34,17 @@ class Entry(BaseModel):
 Model = TypeVar("Model", bound=BaseModel)
 
 
+def parse_toml(path: Path) -> dict[str, Any]:
+    """What is in the file. Raises `InputError` where it is no TOML, or nothing that can be read."""
+    try:
+        return tomllib.loads(path.read_text("utf-8-sig"))
+    except (ValueError, RecursionError) as error:  # no TOML, no text, a number of thousands of digits, brackets too deep
+        raise InputError(f"{path}: is not TOML: {error or type(error).__name__}") from None
+
+
 def read_toml(path: Path, newest: int) -> dict[str, Any]:
     """What is in the file. Raises `InputError` where it is no TOML, or of a schema newer than `newest`."""
-    try:
-        data = tomllib.loads(path.read_text("utf-8-sig"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is not TOML: {error}") from None
+    data = parse_toml(path)
     schema = data.get("schema")
     if type(schema) is int and schema > newest:
         raise InputError(
@@ -70,7 +75,7 @@ def _fault(model: type[BaseModel], fault: Any) -> str:
         return f"{place} is not a known key, {hint}"
     if fault["type"] == "missing":
         return f"{place} is missing"
-    return f"{place} is {fault['input']!r}, expected: {fault['msg'][0].lower()}{fault['msg'][1:]}"
+    return f"{place} is {repr(fault['input'])[:200]}, expected: {fault['msg'][0].lower()}{fault['msg'][1:]}"
 
 
 def _place(loc: tuple[Any, ...]) -> str:

@@ -5,6 +5,9 @@ use crate::{Error, Result};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+/// No picture is larger, px, and no metre is more of it.
+const MOST: f64 = 1e9;
+
 /// How world points become pixels.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Projection {
@@ -32,8 +35,8 @@ impl Projection {
     /// [`Error::Camera`] where it is not finite or has no extent.
     pub fn weak(rows: [[f64; 4]; 2]) -> Result<Self> {
         let fault = |reason: String| Err(Error::Camera { part: "affine", reason });
-        if !rows.iter().flatten().all(|x| x.is_finite()) {
-            return fault(format!("is {rows:?}, expected finite numbers"));
+        if !rows.iter().flatten().all(|x| x.abs() <= MOST) {
+            return fault(format!("is {rows:?}, expected finite numbers within ±{MOST:e}"));
         }
         if rows.iter().any(|row| length(row) <= 0.0) {
             return fault(format!("is {rows:?}, expected px/m that are not all zero in a row"));

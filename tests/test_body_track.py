@@ -7,11 +7,13 @@ import dataclasses
 import pickle
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker import track_body
 from pytracker.body_methods import BodyMethod
 from pytracker.evaluate import average_error, error_by_speed, frames_to_recover
 from pytracker.formats.video import frames
@@ -258,11 +260,35 @@ def test_truth_keeps_its_frames_times_and_says_what_it_does_not_cover(folder: Pa
     assert "the truth covers 0.000 to 1.658 s and the video" in words
 
 
-def test_a_state_that_runs_away_is_a_lost_track(body: pt.BodyRecording) -> None:
-    with pytest.raises(pt.TrackingError, match=r"frame \d+: ") as error:
-        pt.track(body, pt.Partitioned(particles=50, joint_density=1e300), 1)
-    assert np.isnan(error.value.track.joints["left_wrist"].mean[-1]).all()
-    assert not error.value.track.valid[-1]
+def test_a_lost_track_keeps_the_frames_before(body: pt.BodyRecording, monkeypatch: pytest.MonkeyPatch) -> None:
+    class Loses:
+        def __init__(self, tracker: pt.BodyTracker) -> None:
+            self.tracker, self.frames = tracker, 0
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(self.tracker, name)
+
+        def update(self, *arguments: Any, threads: int | None = None) -> pt.BodyEstimate:
+            self.frames += 1
+            if self.frames > 20:
+                raise pt.TrackingError("all 50 particle weights are zero at 0.67 s (layer 0)")
+            return self.tracker.update(*arguments, threads=threads)
+
+    make = track_body.make_tracker
+    monkeypatch.setattr(track_body, "make_tracker", lambda *arguments: Loses(make(*arguments)))
+    with pytest.raises(pt.TrackingError, match=r"frame 20: all 50 particle weights are zero") as error:
+        pt.track(body, pt.Partitioned(particles=50), 1)
+    assert np.isfinite(error.value.track.joints["left_wrist"].mean[:20]).all()
+    assert np.isnan(error.value.track.joints["left_wrist"].mean[20:]).all()
+    assert not error.value.track.valid[20:].any()
+    assert error.value.track.reason[-1] == "the track was lost before"
+
+
+@pytest.mark.parametrize("name", ["joint_density", "base_density", "unseen_lean_sd_rad", "gate_m", "blob_sd_m"])
+def test_numbers_beyond_any_body_are_refused(body: pt.BodyRecording, name: str) -> None:
+    for value in (1e308, -1.0, float("nan")):
+        with pytest.raises(pt.InputError, match=f"{name} is "):
+            pt.track(body, pt.Partitioned(particles=50, **{name: value}), 1)
 
 
 def test_a_recording_is_never_replaced_by_a_report(folder: Path) -> None:
@@ -325,14 +351,3 @@ def test_a_run_leaves_motion_tables_and_a_page(body: pt.BodyRecording, tmp_path:
         assert f",{name}" in header
     again = pt.read_amc(out / "track.amc", body.skeleton)
     assert np.abs(again.poses - track.poses).max() < 1e-5
-
-
-def test_a_loss_on_islands_is_told_alike_by_any_number_of_threads(body: pt.BodyRecording) -> None:
-    """Islands fail for themselves; the first one's word is taken."""
-    wild = pt.Partitioned(joint_density=1e308, anew_share=0.0)
-    said = set()
-    for threads in (1, 2, 7, 2, 7):
-        with pytest.raises(pt.TrackingError) as error:
-            pt.track(body, wild, 1, threads=threads)
-        said.add(str(error.value))
-    assert len(said) == 1

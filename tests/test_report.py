@@ -81,8 +81,11 @@ def test_a_folder_is_written_whole_or_not_at_all(tracks: list[pt.Track], tmp_pat
     with pytest.raises(pt.InputError, match="already exists, expected a new folder"):
         pt.write_report(tracks[:1], out)
     (out / "old").touch()
+    with pytest.raises(pt.InputError, match="old was not written by pytracker, or was changed since"):
+        pt.write_report(tracks[:1], out, force=True, page=False)
+    (out / "old").unlink()
     pt.write_report(tracks[:1], out, force=True, page=False)
-    assert not (out / "old").exists()
+    assert {path.name for path in out.glob("[!.]*")} == {"track.csv", "metadata.json", "scores.json"}
 
     def fail(stage: str, done: int) -> None:
         raise RuntimeError(stage)

@@ -15,6 +15,9 @@ __all__ = ["METHOD_WORDS", "chosen_method", "chosen_scene"]
 METHOD_WORDS = " ".join(f"{kind.capitalize()}: {', '.join(methods)}." for kind, methods in METHODS_OF.items())
 """The names of all methods."""
 
+LONGEST = 1000
+"""No word that is meant is longer."""
+
 
 def chosen_method(kind: str, name: str, particles: int | None, settings: list[str]) -> Method:
     """A method for a kind of recording from what the command line says. Raises `InputError`."""
@@ -52,6 +55,8 @@ def _parse(settings: list[str]) -> dict[str, Any]:
             raise pt.InputError(f"--set {setting!r}, expected KEY=VALUE")
         try:
             values[key] = as_tuples(json.loads(text))
-        except json.JSONDecodeError:
+        except (ValueError, RecursionError):
+            if len(text) > LONGEST:
+                raise pt.InputError(f"--set {key}: a value of {len(text)} letters, expected one that is read") from None
             values[key] = text
     return values

@@ -20,7 +20,7 @@ Progress = Callable[[str, int], None]
 """Called with (stage, frames done)."""
 
 SAME_FRAME_S = 1e-3
-"""Frames of several cameras nearer than this are one observation."""
+"""Frames of several cameras nearer than this, and than frames of one camera are, are one observation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,14 +89,16 @@ def _counted(source: Iterator[Frame], stage: str, progress: Progress | None) -> 
 
 
 def _merge(times: list[Array], tracks: list[PatchTrack]) -> Sightings:
-    """One row a distinct time, one column a camera."""
+    """One row a distinct time, one column a camera; frames of one camera are never one."""
     every = np.sort(np.concatenate(times))
-    start_of_row = np.concatenate([[True], np.diff(every) > SAME_FRAME_S])
+    shortest = min((float(np.diff(time_s).min()) for time_s in times if len(time_s) > 1), default=np.inf)
+    same_s = min(SAME_FRAME_S, 0.4 * shortest)
+    start_of_row = np.concatenate([[True], np.diff(every) > same_s])
     rows = every[start_of_row]
     pixels = np.full((len(rows), len(tracks), 2), np.nan)
     said: list[list[str]] = [[] for _ in rows]
     for camera, (time_s, track) in enumerate(zip(times, tracks, strict=True)):
-        at = np.searchsorted(rows, time_s + SAME_FRAME_S, side="right") - 1
+        at = np.searchsorted(rows, time_s + same_s, side="right") - 1
         pixels[at, camera] = track.pixel
         for row, reason in zip(at, track.reason, strict=True):
             if reason:

@@ -127,7 +127,7 @@ def _entries(file: _File) -> list[_Entry]:
         if head == "begin":
             if entry is not None:
                 raise file.fault(line, f"begin before the end of the bone that began at line {entry.line}")
-            entry = _Entry(line)
+            entry, key = _Entry(line), ""
         elif head == "end":
             if entry is None:
                 raise file.fault(line, "end without begin")

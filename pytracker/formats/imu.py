@@ -17,13 +17,27 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
-from pytracker.formats.imu_agreement import check_gravity_is_up
+from pytracker.formats.imu_gravity import at_rest, check_up, unsteadiness
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import read_lines
 
 __all__ = ["FORMATS", "orient", "read_imu"]
 
 Float = NDArray[np.float64]
+
+MOST_STEPS = 4
+"""Steps of VQF for every sample, at the most."""
+BIASED = 0.05
+"""A gyroscope at rest that reads more is worth a word, rad/s."""
+OTHER_GYROSCOPES: dict[str, Float] = {
+    "it is in degrees per second": np.full(3, np.pi / 180),
+    "its x has the other sign": np.array([-1.0, 1.0, 1.0]),
+    "its y has the other sign": np.array([1.0, -1.0, 1.0]),
+    "its z has the other sign": np.array([1.0, 1.0, -1.0]),
+}
+LEAST_UNSTEADY = 0.4
+STEADIER = 0.4
+"""Another gyroscope must leave gravity this much steadier; a movement without turns tells nothing."""
 
 FORMATS = ("auto", "csv", "mt-manager", "mt9-log")
 
@@ -82,23 +96,51 @@ def orient(log: ImuLog) -> ImuLog:
         )
     import vqf  # noqa: PLC0415 - only recordings without orientation pay for it
 
-    # VQF wants a steady rate: gaps are bridged on a steady grid, then each sample takes its nearest.
-    interval = float(np.median(np.diff(log.time_s)))
-    grid = np.arange(round((log.time_s[-1] - log.time_s[0]) / interval) + 1) * interval + log.time_s[0]
-
-    def steady(values: Float) -> Float:
-        return np.stack([np.interp(grid, log.time_s, values[:, d]) for d in range(3)], axis=1)
-
-    mag = None if log.mag is None or not np.isfinite(log.mag).all() else steady(log.mag)
-    out = vqf.offlineVQF(steady(log.gyr), steady(log.acc), mag, interval)
-    q = out["quat6D"] if mag is None else out["quat9D"]
-    nearest = np.clip(np.rint((log.time_s - grid[0]) / interval).astype(int), 0, len(grid) - 1)
+    still = [log.gyr[part].mean(axis=0) for part in at_rest(log)]
+    bias = np.median(still, axis=0) if still else np.zeros(3)
+    mag = None if log.mag is None or not np.isfinite(log.mag).all() else log.mag
+    q = _by_vqf(log, log.gyr - bias, mag)
     heading = (
         "there is no magnetometer, so the heading is arbitrary: set heading_deg"
         if mag is None
         else "its heading is magnetic north along +y (ENU): set heading_deg to turn it to the world"
     )
     warning = f"{log.path}: has no orientation; computed from its gyroscope by VQF; {heading}"
-    log = dataclasses.replace(log, q_world_sensor=q[nearest], warnings=(*log.warnings, warning))
-    check_gravity_is_up(log, "computed from the gyroscope: is gyr in rad/s, and in the axes of acc?")
-    return log
+    if np.linalg.norm(bias) > BIASED:
+        warning += f". At rest the gyroscope reads {np.round(bias, 3).tolist()} rad/s, which is taken off"
+    oriented = dataclasses.replace(log, q_world_sensor=q, warnings=(*log.warnings, warning))
+    _check_gyroscope(oriented, bias)
+    up = check_up(oriented, "computed from the gyroscope: is gyr in rad/s, and in the axes of acc?")
+    return dataclasses.replace(oriented, warnings=(*oriented.warnings, *up))
+
+
+def _by_vqf(log: ImuLog, gyr: Float, mag: Float | None) -> Float:
+    """Orientation of every sample `(M, 4)`. VQF wants a steady rate: gaps are bridged, each sample takes its nearest."""
+    import vqf  # noqa: PLC0415 - only recordings without orientation pay for it
+
+    assert log.acc is not None
+    span = log.time_s[-1] - log.time_s[0]
+    # Where samples come in bursts, their usual distance is none that a recording could be cut into.
+    interval = max(float(np.median(np.diff(log.time_s))), span / (MOST_STEPS * len(log.time_s)))
+    grid = np.arange(round(span / interval) + 1) * interval + log.time_s[0]
+
+    def steady(values: Float) -> Float:
+        return np.stack([np.interp(grid, log.time_s, values[:, d]) for d in range(3)], axis=1)
+
+    out = vqf.offlineVQF(steady(gyr), steady(log.acc), None if mag is None else steady(mag), interval)
+    q = out["quat6D"] if mag is None else out["quat9D"]
+    nearest = np.clip(np.rint((log.time_s - grid[0]) / interval).astype(int), 0, len(grid) - 1)
+    return np.asarray(q[nearest])
+
+
+def _check_gyroscope(log: ImuLog, bias: Float) -> None:
+    """With its unit, and the signs of its axes, gravity is steadier than with others. Raises `InputError`."""
+    assert log.gyr is not None
+    off = max(unsteadiness(log), LEAST_UNSTEADY)
+    for words, factor in OTHER_GYROSCOPES.items():
+        other = dataclasses.replace(log, q_world_sensor=_by_vqf(log, (log.gyr - bias) * factor, None))
+        if unsteadiness(other) < STEADIER * off:
+            raise InputError(
+                f"{log.path}: turned by the gyroscope, the mean acceleration is {off:.2f} m/s² from gravity (median), "
+                f"and {unsteadiness(other):.2f} if {words}, expected gyr in rad/s and in the axes of acc: is gyr in rad/s?"
+            )

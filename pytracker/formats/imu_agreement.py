@@ -1,4 +1,4 @@
-"""Whether what an IMU says of itself agrees: gyroscope, orientation and gravity, and that none of them stands still."""
+"""Whether what an IMU says of itself agrees: gyroscope and orientation, and that none of them stands still or is noise."""
 
 from __future__ import annotations
 
@@ -9,13 +9,10 @@ from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector, rotate
 
-__all__ = ["check_gravity_is_up", "check_turns", "repeats"]
+__all__ = ["check_noise", "check_turns", "comes_in_bursts", "repeats"]
 
 Float = NDArray[np.float64]
 
-GRAVITY = 9.80665
-UP_TOLERANCE = 0.35
-"""How far the mean acceleration in the world may be from gravity, as a share of it."""
 TURN_S = 0.1
 """Turns are compared over so long: short beside a swing of the arm, long beside a sample, s."""
 STILL_S = 0.5
@@ -30,23 +27,12 @@ AGREE = (0.5, 2.0)
 ODD = (0.75, 1.33)
 """Beyond these one of them is odd, such as one that lags or is scaled."""
 AXES = "xyz"
-
-
-def check_gravity_is_up(log: ImuLog, hint: str) -> None:
-    """Turned to the world and averaged, acceleration is gravity: up, 9.81. Raises `InputError`, with `hint`."""
-    assert log.acc is not None
-    assert log.q_world_sensor is not None
-    mean = rotate(log.q_world_sensor, log.acc).mean(axis=0)
-    up = np.array([0.0, 0.0, GRAVITY])
-    if np.linalg.norm(mean - up) <= UP_TOLERANCE * GRAVITY:
-        return
-    inverse = rotate(conjugate(log.q_world_sensor), log.acc).mean(axis=0)
-    if np.linalg.norm(inverse - up) <= UP_TOLERANCE * GRAVITY:
-        hint += "; the inverse fits, so these seem to take the world to the sensor"
-    raise InputError(
-        f"{log.path}: turned by the orientation, the mean acceleration is "
-        f"({mean[0]:.2f}, {mean[1]:.2f}, {mean[2]:.2f}) m/s², expected about (0, 0, 9.81): {hint}"
-    )
+BURSTS = 3.0
+"""Samples that are this many times farther apart on average than they usually are come in bursts."""
+FROZEN_BESIDE = {"acc": 0.5, "gyr": 0.25}
+"""An axis that stays the same while the others vary by so much (m/s², rad/s, standard deviation) is frozen."""
+NOISE_RAD_S = 0.15
+"""A gyroscope with more noise from sample to sample is worse than any that is worn."""
 
 
 def check_turns(log: ImuLog) -> list[str]:
@@ -55,7 +41,7 @@ def check_turns(log: ImuLog) -> list[str]:
     Returns a warning where one is odd. Raises `InputError` where they contradict each other: a unit, an axis, a sign, a
     sensor that stands still.
     """
-    if log.gyr is None or log.q_world_sensor is None:
+    if log.gyr is None or log.q_world_sensor is None or comes_in_bursts(log):
         return []
     _check_gyroscope_moves(log)
     by_gyroscope, by_orientation, lasted, _ = _turns(log, TURN_S)
@@ -65,6 +51,8 @@ def check_turns(log: ImuLog) -> list[str]:
         turning = np.abs(by_gyroscope[:, axis]) > TURNING * lasted
         if lasted[turning].sum() >= ENOUGH_S:
             g, o = by_gyroscope[turning, axis], by_orientation[turning, axis]
+            # Turns both ways: a bias of the gyroscope is not its scale.
+            g = g - g.mean() * (np.ptp(np.sign(g)) > 0)
             ratio[axis] = np.sum(g * o) / np.sum(g * g)
     odd = np.flatnonzero((ratio < ODD[0]) | (ratio > ODD[1]))
     if not odd.size:
@@ -124,16 +112,64 @@ def _turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Fl
     )
 
 
-def repeats(log: ImuLog) -> list[str]:
-    """Warns of an IMU that says the same for long: noise never does, a sensor that hangs does."""
-    said = [values for values in (log.acc, log.gyr, log.mag) if values is not None]
-    changes = np.flatnonzero(np.any(np.diff(np.hstack(said), axis=0) != 0, axis=1)) + 1
-    starts, ends = np.concatenate([[0], changes]), np.concatenate([changes - 1, [len(log.time_s) - 1]])
-    lasted = log.time_s[ends] - log.time_s[starts]
-    longest = int(np.argmax(lasted))
-    if lasted[longest] <= ENOUGH_S:
+def comes_in_bursts(log: ImuLog) -> bool:
+    """Whether time stamps are those of arrival, several samples at once: rates cannot be told from them."""
+    interval = np.diff(log.time_s)
+    return bool(interval.mean() > BURSTS * np.median(interval))
+
+
+def check_noise(log: ImuLog) -> list[str]:
+    """Warns of a gyroscope that is mostly noise, told from how much neighbouring samples differ beyond their trend."""
+    if log.gyr is None or len(log.gyr) < 50 or comes_in_bursts(log):
+        return []
+    # Second differences: what turns smoothly leaves little.
+    noise = np.median(np.abs(np.diff(log.gyr, n=2, axis=0)), axis=0) / (0.6745 * np.sqrt(6.0))
+    axis = int(np.argmax(noise))
+    limit = max(NOISE_RAD_S, 0.3 * float(log.gyr[:, axis].std()) if np.median(np.diff(log.time_s)) > 0.015 else 0.0)
+    if noise[axis] <= limit:
         return []
     return [
-        f"{log.path}:{log.lines[starts[longest]]}: every reading stays the same for {lasted[longest]:.3f} s, expected "
-        "some noise: did the sensor hang?"
+        f"{log.path}: the gyroscope's {AXES[axis]} is noise of {noise[axis]:.2f} rad/s from sample to sample, expected less "
+        f"than {limit:.2f}: is it in other units than rad/s, or disturbed?"
+    ]
+
+
+def repeats(log: ImuLog) -> list[str]:
+    """Warns of an IMU that says the same for long, or of one axis of it: noise never does, a sensor that hangs does."""
+    return _all_repeat(log) or _one_repeats(log)
+
+
+def _one_repeats(log: ImuLog) -> list[str]:
+    for name, beside in FROZEN_BESIDE.items():
+        values = getattr(log, name)
+        for axis in range(3) if values is not None else ():
+            a, b = _longest_same(log, values[:, [axis]])
+            lasted = log.time_s[b] - log.time_s[a]
+            if lasted <= ENOUGH_S or np.all(values[:, axis] == values[0, axis]):
+                continue
+            if np.delete(values[a : b + 1], axis, axis=1).std(axis=0).max() > beside:
+                return [
+                    f"{log.path}:{log.lines[a]}: {name}_{AXES[axis]} stays {values[a, axis]:.4g} for {lasted:.3f} s while the "
+                    "other axes move, expected some change: did it hang?"
+                ]
+    return []
+
+
+def _longest_same(log: ImuLog, values: Float) -> tuple[int, int]:
+    """First and last sample of the longest time without any change in `values` `(M, K)`."""
+    changes = np.flatnonzero(np.any(np.diff(values, axis=0) != 0, axis=1)) + 1
+    starts, ends = np.concatenate([[0], changes]), np.concatenate([changes - 1, [len(log.time_s) - 1]])
+    longest = int(np.argmax(log.time_s[ends] - log.time_s[starts]))
+    return int(starts[longest]), int(ends[longest])
+
+
+def _all_repeat(log: ImuLog) -> list[str]:
+    said = [values for values in (log.acc, log.gyr, log.mag) if values is not None]
+    a, b = _longest_same(log, np.hstack(said))
+    lasted = log.time_s[b] - log.time_s[a]
+    if lasted <= ENOUGH_S:
+        return []
+    return [
+        f"{log.path}:{log.lines[a]}: every reading stays the same for {lasted:.3f} s, expected some noise: did the sensor "
+        "hang?"
     ]

@@ -28,8 +28,14 @@ ACC = ("Acc_X", "Acc_Y", "Acc_Z")
 GYR = ("Gyr_X", "Gyr_Y", "Gyr_Z")
 MAG = ("Mag_X", "Mag_Y", "Mag_Z")
 QUATERNION = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
+QUATERNION_DOT = ("Quat_W", "Quat_X", "Quat_Y", "Quat_Z")
+"""As the Xsens DOT writes it."""
 MATRIX = tuple(f"Mat[{row}][{column}]" for column in (1, 2, 3) for row in (1, 2, 3))
 EULER = ("Roll", "Pitch", "Yaw")
+EULER_DOT = ("Euler_X", "Euler_Y", "Euler_Z")
+MOST_COLUMNS = 1000
+
+ORIENTATION_LIKE = re.compile(r"(?i)(quat|mat\[|roll|pitch|yaw|euler)")
 
 COUNTER_WRAP = 65536
 FINE_WRAP = 2**32
@@ -47,7 +53,9 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
     names = [name.strip() for name in header.split(delimiter)]
     if names[-1] == "":
         names = names[:-1]
-    wanted = {COUNTER, FINE, *ACC, *GYR, *MAG, *QUATERNION, *MATRIX, *EULER}
+    if len(names) > MOST_COLUMNS:
+        raise InputError(f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?")
+    wanted = {COUNTER, FINE, *ACC, *GYR, *MAG, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER, *EULER_DOT}
     if not wanted & set(names):
         raise InputError(
             f"{path}:{first + 1}: header {header[:80]!r} names no known column, expected Acc_X, Quat_q0 ..."
@@ -73,9 +81,10 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
 
 def _orientation(table: Table) -> Float | None:
     """Quaternion, else matrix, else Euler angles: the order of trust that OpenSim uses."""
-    quaternion = table.columns(*QUATERNION)
-    if quaternion is not None:
-        return quaternion
+    for names in (QUATERNION, QUATERNION_DOT):
+        quaternion = table.columns(*names)
+        if quaternion is not None:
+            return quaternion
     matrix = table.columns(*MATRIX)
     if matrix is not None:
         m = matrix.reshape(-1, 3, 3).transpose(0, 2, 1)
@@ -87,16 +96,24 @@ def _orientation(table: Table) -> Float | None:
                 f"{skew[bad[0]]:.3f}, expected at most 0.02"
             )
         return matrix_to_quaternion(m)
-    euler = table.columns(*EULER)
-    if euler is not None:
-        roll, pitch, yaw = np.deg2rad(euler).T
-        return euler_to_quaternion(roll, pitch, yaw)
+    for names in (EULER, EULER_DOT):
+        euler = table.columns(*names)
+        if euler is not None:
+            roll, pitch, yaw = np.deg2rad(euler).T
+            return euler_to_quaternion(roll, pitch, yaw)
+    strange = [name for name in table.header if ORIENTATION_LIKE.match(name)]
+    if strange:
+        raise InputError(
+            f"{table.path}: columns {', '.join(strange)[:200]} look like an orientation, expected it whole, as "
+            f"{', '.join(QUATERNION)}, {', '.join(QUATERNION_DOT)}, nine of Mat[1][1], or {', '.join(EULER)}"
+        )
     return None
 
 
 def _lost_samples(table: Table) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Rows to keep: MT Manager writes NaN or nothing where a packet held no reading."""
-    columns = [name for name in (*ACC, *GYR, *QUATERNION, *MATRIX, *EULER) if name in table.names]
+    readings = (*ACC, *GYR, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER, *EULER_DOT)
+    columns = [name for name in readings if name in table.names]
     values = table.columns(*columns)
     if values is None or not columns:
         return np.ones(len(table.lines), dtype=np.bool_), ()

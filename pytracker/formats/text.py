@@ -44,9 +44,9 @@ def number(cell: str, path: Path, line: int, column: str) -> float:
     try:
         value = float(cell)
     except ValueError:
-        raise InputError(f"{path}:{line}: {column} is {cell!r}, expected a number") from None
+        raise InputError(f"{path}:{line}: {column} is {cell[:80]!r}, expected a number") from None
     if "_" in cell or math.isinf(value):
-        raise InputError(f"{path}:{line}: {column} is {cell!r}, expected a finite number")
+        raise InputError(f"{path}:{line}: {column} is {cell[:80]!r}, expected a finite number")
     return value
 
 
@@ -59,12 +59,14 @@ class Table:
         names: column names, in the file's order.
         values: `(M, K)`; NaN where a cell is empty.
         lines: line number of every row, from 1 `(M,)`.
+        header: names of all columns of the file, also of those that were not read.
     """
 
     path: Path
     names: tuple[str, ...]
     values: Float
     lines: NDArray[np.int64]
+    header: tuple[str, ...] = ()
 
     def columns(self, *names: str) -> Float | None:
         """The columns named, `(M, len(names))`; None where one of them is not there."""
@@ -74,7 +76,7 @@ class Table:
 
     def without(self, rows: NDArray[np.bool_]) -> Table:
         """The table without the rows marked."""
-        return Table(self.path, self.names, self.values[~rows], self.lines[~rows])
+        return Table(self.path, self.names, self.values[~rows], self.lines[~rows], self.header)
 
 
 def parse_table(
@@ -98,7 +100,7 @@ def parse_table(
     if not rows:
         raise InputError(f"{path}: has a header but no rows, expected at least one sample")
     values = np.array(rows, dtype=np.float64).reshape(len(rows), len(kept))
-    return Table(path, tuple(name for _, name in kept), values, np.array(numbers, dtype=np.int64))
+    return Table(path, tuple(name for _, name in kept), values, np.array(numbers, dtype=np.int64), tuple(names))
 
 
 def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:

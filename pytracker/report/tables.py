@@ -148,16 +148,17 @@ def read_run(folder: Path, recording: Recording, number: int = 1) -> tuple[Metho
     path = folder / "metadata.json"
     try:
         metadata = json.loads(path.read_text("utf-8"))
-        tracks, files = metadata["tracks"], metadata["recording"]["files"]
-    except (OSError, ValueError, KeyError, TypeError):
+        files: dict[str, str] = dict(metadata["recording"]["files"])
+        runs = [(str(of["method"]), dict(of["parameters"]), int(of["seed"])) for of in metadata["tracks"]]
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         raise InputError(f"{folder}: holds no metadata.json of pytracker, expected a folder that track wrote") from None
     for name, digest in _recording(recording)["files"].items():
         if files.get(name) != digest:
             raise InputError(f"{path}: {name} was another file in that run, expected the recording that was tracked")
-    if not 1 <= number <= len(tracks):
-        raise InputError(f"{path}: has {len(tracks)} tracks, expected a number from 1 to {len(tracks)}, not {number}")
-    of = tracks[number - 1]
-    return method_of_class(of["method"], of["parameters"]), int(of["seed"])
+    if not 1 <= number <= len(runs):
+        raise InputError(f"{path}: has {len(runs)} tracks, expected a number from 1 to {len(runs)}, not {number}")
+    method, parameters, seed = runs[number - 1]
+    return method_of_class(method, parameters), seed
 
 
 def _recording(recording: Recording) -> dict[str, Any]:

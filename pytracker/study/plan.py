@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import json
 import math
-import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -21,11 +20,7 @@ from pytracker.digest import sha256_of
 from pytracker.load import load
 from pytracker.methods import Method
 from pytracker.simulate import ArmScene, BodyScene
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from pytracker.toml_file import parse_toml
 
 __all__ = ["Run", "Study", "StudyRecording", "plain"]
 
@@ -74,8 +69,8 @@ class StudyRecording:
             return "arm" if isinstance(self.scene, ArmScene) else "body"
         assert self.folder is not None
         try:
-            kind = tomllib.loads((self.folder / "recording.toml").read_text("utf-8-sig")).get("kind")
-        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+            kind = parse_toml(self.folder / "recording.toml").get("kind")
+        except (OSError, InputError):
             return ""
         return kind if kind in ("arm", "body") else ""
 

@@ -1,0 +1,183 @@
+"""What gravity tells of an IMU: unit, scale and bias of the accelerometer, tilt of the orientation, and whether they are in step.
+
+Turned to the world and averaged, the specific force is gravity but for what the wearer's velocity changed: nothing to speak of
+over a long recording, or while the sensor lies still. So the tolerance shrinks with the length and with rest.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+from pytracker.formats.imu_log import ImuLog
+from pytracker.rotation import conjugate, rotate
+
+__all__ = ["GRAVITY", "at_rest", "check_size", "check_step", "check_up", "unsteadiness"]
+
+Float = NDArray[np.float64]
+
+GRAVITY = 9.80665
+UP = np.array([0.0, 0.0, GRAVITY])
+
+REST_S = 0.5
+REST_ACC = 0.15
+REST_TURN = 0.15
+"""At rest for so long the readings vary by less, RMS: m/s², rad/s."""
+ENOUGH_REST_S = 1.0
+
+SIZE_OFF = (0.25, 0.6)
+"""At rest the size of the reading is off by so much, m/s²: odd, wrong."""
+VELOCITY = (4.0, 8.0)
+"""By how much an arm's velocity may change over a recording, m/s, before gravity's mean is odd, wrong ..."""
+MEAN_OFF = (0.5, 1.5)
+"""... besides what sensor and orientation are off by, m/s²."""
+TILT_DEG = (4.5, 12.0)
+"""At rest the orientation's up is off by so much: odd, wrong."""
+WINDOW_S = 2.0
+WINDOW_OFF = (2.0, 3.5)
+"""Median over windows of how far each one's mean is from gravity, m/s²; right ones have 0.6 at the most."""
+SETTLED_SHARE = 0.5
+"""An orientation filter may settle during the first part of a recording."""
+
+LAGS_S = np.arange(-0.5, 0.501, 0.05)
+SMOOTH_S = 0.3
+IN_STEP = (0.75, 0.5)
+"""Another lag leaves this share of what is not gravity: odd, wrong."""
+LEAST_LAG_S = 0.08
+TURNED = 0.12
+"""Gravity must have turned by so much in the sensor (RMS of its direction), or lags tell nothing."""
+MOST_OFF = 0.65 * GRAVITY
+"""However short the recording: no arm changes its velocity by so much for long."""
+
+
+def at_rest(log: ImuLog) -> list[slice]:
+    """Stretches of `REST_S` in which the sensor lay still."""
+    assert log.acc is not None
+    edges = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1], REST_S)))
+    found = []
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        if b - a < 4 or log.time_s[b - 1] - log.time_s[a] > 1.5 * REST_S:
+            continue
+        turns = np.zeros(3) if log.gyr is None else log.gyr[a:b]
+        still = np.linalg.norm(log.acc[a:b].std(axis=0)) < REST_ACC and np.linalg.norm(turns.std(axis=0)) < REST_TURN
+        if still:
+            found.append(slice(int(a), int(b)))
+    return found
+
+
+def check_size(log: ImuLog) -> list[str]:
+    """Unit and scale of the accelerometer. Returns warnings; raises `InputError`."""
+    assert log.acc is not None
+    size = float(np.median(np.linalg.norm(log.acc, axis=1)))
+    if 0.8 < size < 1.25:
+        raise InputError(
+            f"{log.path}: acceleration has a median length of {size:.3f}, which looks like units of g, expected m/s² "
+            "with gravity (about 9.81 at rest)"
+        )
+    if not 6.0 < size < 60.0:
+        raise InputError(
+            f"{log.path}: acceleration has a median length of {size:.3f} m/s², expected about 9.81: the raw reading "
+            "with gravity, not the free acceleration"
+        )
+    rest = at_rest(log)
+    if len(rest) * REST_S < ENOUGH_REST_S:
+        return []
+    still = float(np.median([np.linalg.norm(log.acc[part].mean(axis=0)) for part in rest]))
+    off = abs(still - GRAVITY)
+    words = (
+        f"{log.path}: at rest ({len(rest) * REST_S:g} s) the acceleration is {still:.2f} m/s², expected "
+        f"{GRAVITY:.2f}: is its scale or unit another, or an axis biased?"
+    )
+    return _odd_or_wrong(words, off, SIZE_OFF)
+
+
+def check_up(log: ImuLog, hint: str) -> list[str]:
+    """Turned to the world, gravity is up. Returns warnings; raises `InputError`, with `hint`."""
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    world = rotate(log.q_world_sensor, log.acc)
+    span = log.time_s[-1] - log.time_s[0]
+    mean, after = world.mean(axis=0), world[int(SETTLED_SHARE * len(world)) :].mean(axis=0)
+    off = min(np.linalg.norm(mean - UP), np.linalg.norm(after - UP))
+    odd, wrong = (a + v / max(span, 1e-9) for a, v in zip(MEAN_OFF, VELOCITY, strict=True))
+    words = (
+        f"{log.path}: turned by the orientation, the mean acceleration is "
+        f"({mean[0]:.2f}, {mean[1]:.2f}, {mean[2]:.2f}) m/s², expected about (0, 0, 9.81): "
+    )
+    if off > min(wrong, MOST_OFF):
+        inverse = rotate(conjugate(log.q_world_sensor), log.acc).mean(axis=0)
+        if np.linalg.norm(inverse - UP) <= 0.35 * GRAVITY:
+            hint += "; the inverse fits, so these seem to take the world to the sensor"
+        raise InputError(words + hint)
+    rest = at_rest(log)
+    if len(rest) * REST_S >= ENOUGH_REST_S:
+        ups = np.array([world[part].mean(axis=0) for part in rest])
+        tilt = float(np.median(np.degrees(np.arctan2(np.hypot(ups[:, 0], ups[:, 1]), ups[:, 2]))))
+        tilted = (
+            f"{log.path}: at rest ({len(rest) * REST_S:g} s) the orientation's up is {tilt:.1f}° beside gravity, expected "
+            "less than 2°: is the orientation tilted, or an axis of the accelerometer biased or flipped?"
+        )
+        if found := _odd_or_wrong(tilted, tilt, TILT_DEG):
+            return found
+    if off > odd:
+        return [words + hint]
+    unsteady = (
+        f"{log.path}: turned by the orientation, the acceleration of {WINDOW_S:g} s is {unsteadiness(log):.1f} m/s² from "
+        "gravity (median), expected less than 1: do the axes of acceleration and orientation differ, or is one flipped?"
+    )
+    return _odd_or_wrong(unsteady, unsteadiness(log), WINDOW_OFF) if span > 3 * WINDOW_S else []
+
+
+def unsteadiness(log: ImuLog) -> float:
+    """Median over windows of how far their mean acceleration in the world is from gravity, m/s²; 0 where there is none."""
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    world = rotate(log.q_world_sensor, log.acc)
+    edges = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1], WINDOW_S)))
+    if len(edges) < 3:
+        return 0.0
+    means = np.add.reduceat(world, edges[:-1])[:-1] / np.diff(edges[:-1])[:, None]
+    return float(np.median(np.linalg.norm(means - UP, axis=1))) if len(means) else 0.0
+
+
+def check_step(log: ImuLog) -> list[str]:
+    """Acceleration and orientation are of the same times. Returns warnings; raises `InputError`."""
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    interval = float(np.median(np.diff(log.time_s)))
+    smooth = max(1, round(SMOOTH_S / interval))
+    if len(log.time_s) * interval < 8.0:
+        return []
+    up = rotate(conjugate(log.q_world_sensor), UP / GRAVITY)
+    if np.linalg.norm(up.std(axis=0)) < TURNED:
+        return []
+    left = np.array([_not_gravity(log, round(lag / interval), smooth) for lag in LAGS_S])
+    best, now = int(np.argmin(left)), left[len(LAGS_S) // 2]
+    if abs(LAGS_S[best]) < LEAST_LAG_S or best in (0, len(LAGS_S) - 1) or not now > 0:
+        return []
+    words = (
+        f"{log.path}: the acceleration fits the orientation better {abs(LAGS_S[best]):.2f} s "
+        f"{'earlier' if LAGS_S[best] > 0 else 'later'} (what is not gravity falls to {left[best] / now:.0%}), expected both "
+        "at the same times"
+    )
+    return _odd_or_wrong(words, 1 - left[best] / now, (1 - IN_STEP[0], 1 - IN_STEP[1]))
+
+
+def _not_gravity(log: ImuLog, lag: int, smooth: int) -> float:
+    """Mean square of the slow part of the acceleration in the world, less gravity, where acceleration is `lag` samples late."""
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    count = len(log.time_s)
+    rows = np.arange(max(0, -lag), min(count, count - lag))
+    world = rotate(log.q_world_sensor[rows], log.acc[rows + lag]) - UP
+    sums = np.cumsum(np.vstack([np.zeros((1, 3)), world]), axis=0)
+    slow = (sums[smooth:] - sums[:-smooth]) / smooth
+    return float((slow**2).sum(axis=1).mean())
+
+
+def _odd_or_wrong(words: str, off: float, limits: tuple[float, float]) -> list[str]:
+    odd, wrong = limits
+    if off > wrong:
+        raise InputError(words)
+    return [words] if off > odd else []
