@@ -178,6 +178,16 @@ impl Error {
     }
 }
 
+/// `work`, its panics as [`Error::Internal`]: none crosses the border of the crate.
+#[cfg(any(test, feature = "python"))]
+pub(crate) fn guarded<R>(work: impl FnOnce() -> crate::Result<R>) -> crate::Result<R> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let words = panic.downcast_ref::<&str>().map(ToString::to_string);
+        let reason = words.or_else(|| panic.downcast_ref::<String>().cloned());
+        Err(Error::Internal { reason: reason.unwrap_or_else(|| "no reason given".to_string()) })
+    })
+}
+
 /// Room for `len` numbers, or [`Error::Memory`]: the allocator alone would end the process.
 pub(crate) fn room(what: &'static str, len: usize) -> crate::Result<()> {
     let bytes = len.saturating_mul(size_of::<f64>());
@@ -194,4 +204,23 @@ pub(crate) fn require_time(name: &'static str, time_s: f64) -> crate::Result<()>
 /// Check that `value` satisfies `ok`, or name the parameter and the range.
 pub(crate) fn require(ok: bool, name: &'static str, value: f64, expected: &'static str) -> crate::Result<()> {
     if ok { Ok(()) } else { Err(Error::Parameter { name, value, expected }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_an_error() {
+        let out_of_range = || Ok([1, 2, 3][std::hint::black_box(7)]);
+        let error = guarded(out_of_range).unwrap_err();
+        assert!(error.is_loss_of_track() && error.to_string().contains("index out of bounds"), "{error}");
+        assert_eq!(guarded(|| Ok(3)), Ok(3));
+    }
+
+    #[test]
+    fn what_cannot_be_held_is_refused() {
+        assert!(room("numbers", 1000).is_ok());
+        assert!(room("numbers", usize::MAX / 4).is_err());
+    }
 }

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
-from pytracker.formats.imu_gravity import at_rest, check_up, unsteadiness
+from pytracker.formats.imu_gravity import WINDOW_S, at_rest, check_up, unsteadiness
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import read_lines
 
@@ -141,6 +141,7 @@ def _check_gyroscope(log: ImuLog, bias: Float) -> None:
         other = dataclasses.replace(log, q_world_sensor=_by_vqf(log, (log.gyr - bias) * factor, None))
         if unsteadiness(other) < STEADIER * off:
             raise InputError(
-                f"{log.path}: turned by the gyroscope, the mean acceleration is {off:.2f} m/s² from gravity (median), "
-                f"and {unsteadiness(other):.2f} if {words}, expected gyr in rad/s and in the axes of acc: is gyr in rad/s?"
+                f"{log.path}: turned by the orientation, the mean acceleration is {off:.2f} m/s² from gravity (median of "
+                f"{WINDOW_S:g} s), and {unsteadiness(other):.2f} if {words}; computed from the gyroscope: is gyr in rad/s, "
+                "and in the axes of acc?"
             )

@@ -20,6 +20,8 @@ STILL_RAD = 0.3
 """A still gyroscope is looked for where the orientation turns by so much in so long: many times its noise."""
 TURNING = 0.5
 """What counts as turning, rad/s."""
+MOST_BIAS = 0.6
+"""A gyroscope that usually reads less may stand still and be biased; more is turning, rad/s."""
 ENOUGH_S = 1.0
 """Less turning than this says nothing; a sensor that repeats itself for longer hangs, s."""
 AGREE = (0.5, 2.0)
@@ -47,13 +49,14 @@ def check_turns(log: ImuLog) -> list[str]:
     by_gyroscope, by_orientation, lasted, _ = _turns(log, TURN_S)
     ratio = np.ones(3)
     for axis in range(3):
+        g, o = by_gyroscope[:, axis], by_orientation[:, axis]
+        usual = np.median(g / lasted) if len(g) else 0.0
+        if abs(usual) < MOST_BIAS:  # a bias of the gyroscope is not its scale
+            g, o = g - usual * lasted, o - np.median(o / lasted) * lasted if len(o) else o
         # Chosen by the gyroscope, whose noise is small: noise of the orientation then averages out.
-        turning = np.abs(by_gyroscope[:, axis]) > TURNING * lasted
+        turning = np.abs(g) > TURNING * lasted
         if lasted[turning].sum() >= ENOUGH_S:
-            g, o = by_gyroscope[turning, axis], by_orientation[turning, axis]
-            # Turns both ways: a bias of the gyroscope is not its scale.
-            g = g - g.mean() * (np.ptp(np.sign(g)) > 0)
-            ratio[axis] = np.sum(g * o) / np.sum(g * g)
+            ratio[axis] = np.sum(g[turning] * o[turning]) / np.sum(g[turning] ** 2)
     odd = np.flatnonzero((ratio < ODD[0]) | (ratio > ODD[1]))
     if not odd.size:
         return []

@@ -13,7 +13,7 @@ from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import conjugate, rotate
 
-__all__ = ["GRAVITY", "at_rest", "check_size", "check_step", "check_up", "unsteadiness"]
+__all__ = ["GRAVITY", "WINDOW_S", "at_rest", "check_size", "check_step", "check_up", "unsteadiness"]
 
 Float = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ def check_size(log: ImuLog) -> list[str]:
             f"{log.path}: acceleration has a median length of {size:.3f}, which looks like units of g, expected m/s² "
             "with gravity (about 9.81 at rest)"
         )
-    if not 6.0 < size < 60.0:
+    if not 4.0 < size < 60.0:
         raise InputError(
             f"{log.path}: acceleration has a median length of {size:.3f} m/s², expected about 9.81: the raw reading "
             "with gravity, not the free acceleration"

@@ -29,8 +29,9 @@ AROUND = 12
 RETURNS = 0.35
 """Its neighbours differ by no more than this share of the jump."""
 NORM_TOLERANCE = 0.02
-FEW, FEW_SHARE = 3, 0.01
-"""So many samples, or this share of them, are single faults; more are a fault of the file."""
+FEW_SHARE = 0.01
+"""This share of the samples may be single faults; more are a fault of the file."""
+DEGREES = ": is gyr in degrees per second?"
 NAMES = {"acc": "acceleration", "gyr": "turn rate", "q_world_sensor": "orientation"}
 
 
@@ -44,7 +45,9 @@ def without_outliers(log: ImuLog) -> ImuLog:
     if not bad.any():
         return log
     count = int(bad.sum())
-    if count > max(FEW, FEW_SHARE * len(bad)):
+    if count > FEW_SHARE * len(bad):
+        if first.endswith(DEGREES):  # the orientation, or gravity, tells more
+            return log
         raise InputError(f"{first} ({count} of {len(bad)} samples)")
     kept = {
         field.name: values[~bad]
@@ -80,7 +83,7 @@ def _beyond(log: ImuLog) -> list[tuple[NDArray[np.bool_], str]]:
             bad = size > most
         if bad.any():
             k = int(np.argmax(bad))
-            hint = ": is gyr in degrees per second?" if name == "gyr" else ""
+            hint = DEGREES if name == "gyr" else ""
             words = f"{log.path}:{log.lines[k]}: the {NAMES[name]} is {size[k]:.6g}, expected at most {most:g} {unit}{hint}"
             found.append((bad, words))
     return found

@@ -1,6 +1,6 @@
 //! `ArmTracker`: the online tracker, and a recording in one call.
 
-use super::border::{compute, guarded};
+use super::border::compute;
 use super::estimate::{Estimate, table};
 use super::record::{LayerRecord, records};
 use super::{rows, same_length};
@@ -12,6 +12,7 @@ use crate::camera::Camera;
 use crate::filter::{History, Resampling};
 use crate::quaternion::Quaternion;
 use crate::resample::Scheme;
+use crate::error::guarded;
 use crate::{Error, Result};
 use nalgebra::{Matrix3, Vector2, Vector3};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3, ToPyArray};

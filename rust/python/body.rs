@@ -1,6 +1,6 @@
 //! `BodyTracker`: the online tracker of the body; `Skeleton`: forward kinematics.
 
-use super::border::{compute, guarded};
+use super::border::compute;
 use super::record::{LayerRecord, records};
 use super::rows;
 use crate::body::edges::EdgeImage;
@@ -13,6 +13,7 @@ use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::resample::Scheme;
 use crate::skeleton::{self, Bone, Channel};
+use crate::error::guarded;
 use crate::{Error, Result};
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, ToPyArray};

@@ -1,10 +1,9 @@
 //! The border to Python: work without the interpreter's lock, on so many threads, and no panic across it.
 
-use crate::error::require;
+use crate::error::{guarded, require};
 use crate::{Error, Result};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process;
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -24,15 +23,6 @@ pub fn remember_process() {
 /// A panic becomes [`Error::Internal`].
 pub fn compute<R: Send>(py: Python<'_>, threads: Option<usize>, work: impl FnOnce() -> Result<R> + Send) -> PyResult<R> {
     Ok(py.detach(|| guarded(|| on_threads(threads, work)))?)
-}
-
-/// `work`, its panics as errors.
-pub fn guarded<R>(work: impl FnOnce() -> Result<R>) -> Result<R> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        let words = panic.downcast_ref::<&str>().map(ToString::to_string);
-        let reason = words.or_else(|| panic.downcast_ref::<String>().cloned());
-        Err(Error::Internal { reason: reason.unwrap_or_else(|| "no reason given".to_string()) })
-    })
 }
 
 fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<R> + Send) -> Result<R> {
