@@ -48,7 +48,7 @@ from pytracker.formats.asf import read_asf
 from pytracker.intervals import Interval, mean_interval, paired_difference, paired_ratio
 from pytracker.joint_track import JointTrack, Track
 from pytracker.load import load
-from pytracker.methods import Ekf, Inertial, Joint, Layered, LayeredFromConstraint, Plain
+from pytracker.methods import Ekf, Inertial, Joint, Layered, LayeredFromConstraint, Mixture, Plain
 from pytracker.projection import fit_weak_perspective
 from pytracker.recording import (
     Arm,
@@ -108,6 +108,7 @@ __all__ = [
     "LayerRecord",
     "Layered",
     "LayeredFromConstraint",
+    "Mixture",
     "Motion",
     "Part",
     "Partitioned",

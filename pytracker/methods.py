@@ -1,6 +1,6 @@
 """What the user chooses: how a recording is tracked. Frozen, validated, every parameter with its unit.
 
-Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstraint`, `Joint`. A method differs
+Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstraint`, `Joint`, and `Mixture`. A method differs
 from another in its list of layers (particles) or of corrections (Gaussian), and in nothing else.
 """
 
@@ -22,6 +22,7 @@ __all__ = [
     "Layered",
     "LayeredFromConstraint",
     "Method",
+    "Mixture",
     "ParticleMethod",
     "Plain",
 ]
@@ -212,7 +213,40 @@ class Inertial(ArmMethod):
     corrections: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, kw_only=True)
+class Mixture(ArmMethod):
+    """A mixture of Gaussians over the state of an IMU that is worn: the best here on living arms.
+
+    Besides position and velocity the state holds the accelerometer's bias (in the sensor's frame), the error of the
+    measured orientation, the patch's offset and how far the shoulder has moved. Where the viewing ray meets the elbow's
+    sphere twice there is a component for either.
+
+    Attributes:
+        corrections: what corrects it besides the patch: `arm_length`; `rest`, no velocity while the IMU lies still.
+        accel_growth: how `accel_density` grows with what the wrist accelerates by, per m/s².
+        forearm_sd_rad: direction of the forearm beside the sensor's axis: skin and strap, rad.
+        tilt_start_sd_rad: error of the orientation, rad per axis.
+        tilt_density: how fast it wanders, rad/√s, drawn back so that its spread stays `tilt_start_sd_rad`.
+        shoulder: whether the shoulder may move.
+        shoulder_sd_m: how far, m per axis.
+        shoulder_density: how fast, m/√s, drawn back so that its spread stays `shoulder_sd_m`.
+    """
+
+    corrections: tuple[str, ...] = ("arm_length",)
+    accel_density: float = 0.05
+    bias: bool = True
+    bias_start_sd: float = 0.1
+    offset: bool = True
+    accel_growth: float = 0.3
+    forearm_sd_rad: float = 0.03
+    tilt_start_sd_rad: float = 0.03
+    tilt_density: float = 0.01
+    shoulder: bool = True
+    shoulder_sd_m: float = 0.03
+    shoulder_density: float = 0.035
+
+
 METHODS: dict[str, type[ArmMethod]] = {
-    cls.__name__.lower(): cls for cls in (Inertial, Ekf, Plain, Layered, LayeredFromConstraint, Joint)
+    cls.__name__.lower(): cls for cls in (Inertial, Ekf, Plain, Layered, LayeredFromConstraint, Joint, Mixture)
 }
 """Arm methods by the name that the command line knows them by."""

@@ -16,11 +16,14 @@
 //! | [`plausible`] | not in the paper: estimates that no arm can have, or that the picture contradicts |
 //! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
+//! | [`worn`] | not in the paper: the motion of a worn sensor, whose orientation is not quite right |
+//! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`tracker`] | the online tracker over all of them |
 
 pub mod colour;
 pub mod ekf;
 pub mod length;
+pub mod mixture;
 pub mod motion;
 pub mod particle;
 pub mod pause;
@@ -29,6 +32,7 @@ pub mod rest;
 pub mod state;
 pub mod timeline;
 pub mod tracker;
+pub mod worn;
 
 pub use state::{Arm, Estimate, Noise, Point};
 pub use tracker::{ArmTracker, Method, Sample, Stretch};

@@ -6,10 +6,12 @@
 
 mod kalman;
 mod layered;
+mod mixture;
 mod recorder;
 
-pub use kalman::Gaussian;
+pub use kalman::{Gaussian, Linear};
 pub use layered::{LayeredFilter, Resampling};
+pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};
 
 use crate::particles::{BlockMut, ParticleSet};

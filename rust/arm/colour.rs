@@ -4,7 +4,7 @@
 //! uniform over the image, so that a sighting of something else moves nothing far.
 
 use super::state::{Layout, Noise, POSITION, View};
-use crate::filter::Likelihood;
+use crate::filter::{Likelihood, Linear};
 use crate::particles::{Block, ParticleSet};
 use crate::rng::BLOCK;
 use crate::{Error, Result};
@@ -19,9 +19,6 @@ pub struct Sighting<'a> {
     /// Patch centre, px.
     pub pixel: Vector2<f64>,
 }
-
-/// Residual, slope and noise covariance of a measurement about one state.
-pub type Linear = (DVector<f64>, DMatrix<f64>, DMatrix<f64>);
 
 /// All sightings of one frame, weighed together.
 #[derive(Debug, Clone)]

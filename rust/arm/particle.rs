@@ -13,6 +13,7 @@ use super::motion::{InertialMotion, Motion, RandomWalk};
 use super::rest::Rest;
 use super::pause::Stretch;
 use super::state::{Arm, Estimate, Layout, Noise, POSITION};
+use super::worn::WornMotion;
 use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
@@ -87,6 +88,8 @@ pub struct Frame<'a> {
     pub time_s: f64,
     /// Composed motion since the last frame.
     pub motion: Motion,
+    /// The same for a worn sensor, where it is composed.
+    pub worn: Option<WornMotion>,
     /// Orientation at the last frame.
     pub last_world_sensor: Quaternion,
     /// Orientation now.
@@ -97,6 +100,22 @@ pub struct Frame<'a> {
     pub is_rest: bool,
     /// Where the patch was seen, if it was.
     pub sightings: Vec<Sighting<'a>>,
+}
+
+impl Frame<'_> {
+    /// One that brings nothing.
+    pub fn empty(time_s: f64, world_sensor: Quaternion) -> Self {
+        Self {
+            time_s,
+            motion: Motion::none(),
+            worn: None,
+            last_world_sensor: world_sensor,
+            world_sensor,
+            stale_s: 0.0,
+            is_rest: false,
+            sightings: Vec::new(),
+        }
+    }
 }
 
 /// A layered particle filter of the arm.

@@ -89,6 +89,14 @@ pub struct Noise {
     pub bias: Option<GaussMarkov>,
     /// Patch offset in the sensor frame, m, beyond the one given, where it is estimated.
     pub offset: Option<GaussMarkov>,
+    /// Error of the measured orientation, a small turn in the world frame, rad, where it is estimated (mixture only).
+    pub tilt: Option<GaussMarkov>,
+    /// Where the shoulder is, beyond the place given, world, m, where it is estimated (mixture only).
+    pub shoulder: Option<GaussMarkov>,
+    /// How `accel_density` grows with what the wrist accelerates by, per m/s² (mixture only).
+    pub accel_growth: f64,
+    /// Direction of the forearm beside the sensor's axis: skin and strap, rad (mixture only).
+    pub forearm_sd: f64,
 }
 
 impl Noise {
@@ -116,10 +124,12 @@ impl Noise {
         require(positive(self.rest_speed), "rest_speed", self.rest_speed, "a positive number of m/s")?;
         require(zero_or_more(self.rest_accel), "rest_accel", self.rest_accel, "0 m/s² or more")?;
         require(zero_or_more(self.rest_turn_rate), "rest_turn_rate", self.rest_turn_rate, "0 rad/s or more")?;
-        for walk in self.bias.iter().chain(&self.offset) {
-            require(zero_or_more(walk.start_sd), "start_sd of bias or offset", walk.start_sd, "0 or more")?;
-            require(zero_or_more(walk.density), "density of bias or offset", walk.density, "0 or more")?;
+        for walk in [&self.bias, &self.offset, &self.tilt, &self.shoulder].into_iter().flatten() {
+            require(zero_or_more(walk.start_sd), "start_sd of what is estimated", walk.start_sd, "0 or more")?;
+            require(zero_or_more(walk.density), "density of what is estimated", walk.density, "0 or more")?;
         }
+        require(zero_or_more(self.accel_growth), "accel_growth", self.accel_growth, "0 s²/m or more")?;
+        require((0.0..=1.0).contains(&self.forearm_sd), "forearm_sd_rad", self.forearm_sd, "0 to 1 rad")?;
         Ok(())
     }
 }
@@ -142,6 +152,10 @@ impl Default for Noise {
             rest_turn_rate: 0.1,
             bias: None,
             offset: None,
+            tilt: None,
+            shoulder: None,
+            accel_growth: 0.0,
+            forearm_sd: 0.0,
         }
     }
 }
@@ -172,6 +186,10 @@ pub struct Layout {
     pub bias: Option<usize>,
     /// First column of the patch offset.
     pub offset: Option<usize>,
+    /// First column of the orientation's error.
+    pub tilt: Option<usize>,
+    /// First column of the shoulder's displacement.
+    pub shoulder: Option<usize>,
     /// Number of columns.
     pub dim: usize,
 }
@@ -192,8 +210,10 @@ impl Layout {
             })
         };
         let bias = take(noise.bias.is_some());
+        let tilt = take(noise.tilt.is_some());
         let offset = take(noise.offset.is_some());
-        Self { bias, offset, dim }
+        let shoulder = take(noise.shoulder.is_some());
+        Self { bias, offset, tilt, shoulder, dim }
     }
 
     /// Mean `(D,)` and standard deviation `(D,)` of the state at the first frame.
@@ -203,7 +223,12 @@ impl Layout {
         let mut sd = DVector::zeros(self.dim);
         sd.rows_mut(POSITION, 3).fill(noise.position_start_sd);
         sd.rows_mut(VELOCITY, 3).fill(noise.velocity_start_sd);
-        for (column, walk) in [(self.bias, noise.bias), (self.offset, noise.offset)] {
+        for (column, walk) in [
+            (self.bias, noise.bias),
+            (self.offset, noise.offset),
+            (self.tilt, noise.tilt),
+            (self.shoulder, noise.shoulder),
+        ] {
             if let (Some(column), Some(walk)) = (column, walk) {
                 sd.rows_mut(column, 3).fill(walk.start_sd);
             }

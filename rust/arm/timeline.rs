@@ -9,6 +9,7 @@ use super::rest::Stillness;
 use super::state::{Noise, require_finite};
 use crate::error::require_time;
 use super::tracker::Sample;
+use super::worn::{Step, WornMotion};
 use crate::quaternion::Quaternion;
 use crate::{Error, Result};
 use nalgebra::Vector3;
@@ -28,6 +29,8 @@ pub struct Timeline {
     /// The shortest interval between samples so far, s.
     shortest_s: f64,
     pending: Motion,
+    /// The same for a worn sensor, where it is asked for.
+    worn: Option<WornMotion>,
     /// For how long of it nothing was measured, s.
     pending_gap_s: f64,
     stillness: Stillness,
@@ -43,13 +46,14 @@ struct Held {
 }
 
 impl Timeline {
-    /// Before the first sample.
-    pub fn new() -> Self {
+    /// Before the first sample; `is_worn`: the motion of a worn sensor is composed besides.
+    pub fn new(is_worn: bool) -> Self {
         Self {
             now_s: f64::NEG_INFINITY,
             held: None,
             shortest_s: f64::INFINITY,
             pending: Motion::none(),
+            worn: is_worn.then(WornMotion::none),
             pending_gap_s: 0.0,
             stillness: Stillness::new(),
         }
@@ -117,7 +121,15 @@ impl Timeline {
     /// Start a new interval: the pending motion has been used, or there is nothing yet that it could move.
     pub fn clear_pending(&mut self) {
         self.pending = Motion::none();
+        if let Some(worn) = &mut self.worn {
+            *worn = WornMotion::none();
+        }
         self.pending_gap_s = 0.0;
+    }
+
+    /// Motion of a worn sensor since the last frame, where it is composed.
+    pub fn worn(&self) -> Option<&WornMotion> {
+        self.worn.as_ref()
     }
 
     /// For how long of the pending motion the IMU said nothing, s.
@@ -156,6 +168,20 @@ impl Timeline {
     fn advance(&mut self, to_s: f64, noise: &Noise) {
         if let Some(held) = self.held {
             let holds_until = (held.time_s + self.hold_s(noise)).clamp(self.now_s, to_s.max(self.now_s));
+            if let Some(worn) = &mut self.worn {
+                let force = held.acceleration + Vector3::new(0.0, 0.0, GRAVITY);
+                let density = noise.accel_density * (1.0 + noise.accel_growth * held.acceleration.norm());
+                let world_sensor = held.world_sensor.to_matrix();
+                let step = Step { dt: holds_until - self.now_s, acceleration: held.acceleration, force, world_sensor, density };
+                if step.dt > 0.0 {
+                    worn.append(&step, noise);
+                }
+                if to_s > holds_until {
+                    let (zero, density) = (Vector3::zeros(), noise.gap_density);
+                    let dt = to_s - holds_until;
+                    worn.append(&Step { dt, acceleration: zero, force: zero, world_sensor, density }, noise);
+                }
+            }
             if holds_until > self.now_s {
                 self.pending.append(holds_until - self.now_s, held.acceleration, noise.accel_density, noise.bias);
             }
@@ -170,7 +196,7 @@ impl Timeline {
 
 impl Default for Timeline {
     fn default() -> Self {
-        Self::new()
+        Self::new(false)
     }
 }
 
@@ -189,7 +215,7 @@ mod tests {
 
     #[test]
     fn rest_reads_plus_g() {
-        let mut timeline = Timeline::new();
+        let mut timeline = Timeline::new(false);
         timeline.take(&sample(0.0, 0.0), &noise()).unwrap();
         timeline.reach_frame(0.1, &noise()).unwrap();
         assert_eq!(timeline.pending().input, nalgebra::Matrix3::zeros());
@@ -198,7 +224,7 @@ mod tests {
     /// A sample holds from its own time on, and a frame splits the interval.
     #[test]
     fn a_frame_splits_the_interval() {
-        let mut timeline = Timeline::new();
+        let mut timeline = Timeline::new(false);
         timeline.take(&sample(0.0, 1.0), &noise()).unwrap();
         timeline.reach_frame(0.03, &noise()).unwrap();
         assert!((timeline.pending().input[(1, 0)] - 0.03).abs() < 1e-15);
@@ -211,7 +237,7 @@ mod tests {
     /// Beyond `hold_s` an old sample says nothing, and the noise is larger.
     #[test]
     fn a_gap_is_not_filled_with_an_old_sample() {
-        let mut timeline = Timeline::new();
+        let mut timeline = Timeline::new(false);
         timeline.take(&sample(0.0, 1.0), &noise()).unwrap();
         timeline.reach_frame(0.6, &noise()).unwrap();
         let pending = timeline.pending();

@@ -2,6 +2,7 @@
 
 use super::colour::Sighting;
 use super::ekf::{ArmGaussian, Correction};
+use super::mixture::ArmMixture;
 use super::particle::{ArmLayer, ArmParticles, Frame};
 use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
 use super::plausible::{Judged, PATIENCE_S, Plausibility};
@@ -44,6 +45,11 @@ pub enum Method {
         /// Applied in order at every frame.
         corrections: Vec<Correction>,
     },
+    /// A mixture of Gaussians over the state of a worn sensor, corrected by the patch and by what is named besides.
+    Mixture {
+        /// `ArmLength`, `Rest`.
+        corrections: Vec<Correction>,
+    },
 }
 
 /// What [`ArmTracker::run`] made of a stretch.
@@ -80,6 +86,7 @@ pub struct ArmTracker {
 enum Filter {
     Particles(ArmParticles),
     Gaussian(ArmGaussian),
+    Mixture(ArmMixture),
 }
 
 impl ArmTracker {
@@ -95,12 +102,18 @@ impl ArmTracker {
                 Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
             }
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
+            Method::Mixture { corrections } => {
+                let by = |correction| corrections.contains(&correction);
+                let (is_held, is_rested) = (by(Correction::ArmLength), by(Correction::Rest));
+                Filter::Mixture(ArmMixture::new(&arm, &noise, is_held, is_rested))
+            }
         };
+        let is_worn = matches!(filter, Filter::Mixture(_));
         Ok(Self {
             arm,
             noise,
             views,
-            timeline: Timeline::new(),
+            timeline: Timeline::new(is_worn),
             filter,
             last_world_sensor: None,
             last_frame_s: None,
@@ -121,7 +134,7 @@ impl ArmTracker {
     pub fn particles(&self) -> Option<&ParticleSet> {
         match &self.filter {
             Filter::Particles(filter) => Some(filter.particles()),
-            Filter::Gaussian(_) => None,
+            Filter::Gaussian(_) | Filter::Mixture(_) => None,
         }
     }
 
@@ -175,6 +188,7 @@ impl ArmTracker {
         let frame = Frame {
             time_s,
             motion: self.timeline.pending().clone(),
+            worn: self.timeline.worn().cloned(),
             last_world_sensor: self.last_world_sensor.unwrap_or(world_sensor),
             world_sensor,
             stale_s: self.timeline.stale_s(&self.noise),
@@ -191,6 +205,7 @@ impl ArmTracker {
         let mut estimate = match &mut self.filter {
             Filter::Particles(filter) => filter.update(&self.arm, &self.noise, &frame, recorder),
             Filter::Gaussian(filter) => filter.update(&self.arm, &self.noise, &frame),
+            Filter::Mixture(filter) => filter.update(&self.arm, &self.noise, &frame),
         }?;
         if !estimate.is_finite() {
             return Err(Error::RanAway { time_s });
@@ -222,6 +237,7 @@ impl ArmTracker {
         let sees_patch = match &self.filter {
             Filter::Particles(filter) => filter.sees_patch(),
             Filter::Gaussian(filter) => filter.sees_patch(),
+            Filter::Mixture(_) => true,
         };
         if !std::mem::take(&mut self.is_unknown) || !sees_patch {
             return;
@@ -232,6 +248,7 @@ impl ArmTracker {
         match &mut self.filter {
             Filter::Particles(filter) => filter.start_again(&self.arm, &self.noise, &stretch, self.restarts),
             Filter::Gaussian(filter) => filter.start_again(&self.arm, &self.noise, &stretch),
+            Filter::Mixture(filter) => filter.start_again(&self.arm, &self.noise, &stretch),
         }
         self.plausibility = Plausibility::new();
         self.last_world_sensor = None;
@@ -243,6 +260,7 @@ impl ArmTracker {
         match &self.filter {
             Filter::Particles(filter) => filter.is_held_by_arm(),
             Filter::Gaussian(filter) => filter.is_held_by_arm(),
+            Filter::Mixture(filter) => filter.is_held_by_arm(),
         }
     }
 
@@ -260,6 +278,9 @@ impl ArmTracker {
         let estimate = match &self.filter {
             Filter::Particles(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
             Filter::Gaussian(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
+            Filter::Mixture(filter) => {
+                filter.estimate(&self.arm, &self.noise, time_s, timeline.worn(), world_sensor)
+            }
         };
         if estimate.is_finite() { Ok(estimate) } else { Err(Error::RanAway { time_s }) }
     }

@@ -5,6 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
+/// What a measurement says about one state: residual `(M,)`, slope `(M, D)`, noise covariance `(M, M)`.
+pub type Linear = (DVector<f64>, DMatrix<f64>, DMatrix<f64>);
+
 /// A Gaussian over the state: mean `(D,)` and covariance `(D, D)`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gaussian {
@@ -42,6 +45,41 @@ impl Gaussian {
         let log_determinant: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
         let distance = residual.dot(&factor.solve(residual));
         Ok(-0.5 * (distance + log_determinant + residual.len() as f64 * TAU.ln()))
+    }
+
+    /// Correct by a measurement that is linearised about where the correction leads, `times` times in all (Bell & Cathey, "The
+    /// iterated Kalman filter update as a Gauss-Newton method", IEEE Trans. Automatic Control 38(2), 1993). The log evidence is
+    /// that of the last slope. None where there is nothing to correct by.
+    ///
+    /// # Errors
+    /// [`Error::Singular`]; what `linearise` gives.
+    pub fn correct_iterated(
+        &mut self,
+        time_s: f64,
+        times: usize,
+        linearise: impl Fn(&DVector<f64>) -> Result<Option<Linear>>,
+    ) -> Result<Option<f64>> {
+        let mut at = self.mean.clone();
+        let mut evidence = None;
+        for turn in 0..times.max(1) {
+            let Some((mut residual, jacobian, noise)) = linearise(&at)? else { return Ok(None) };
+            // The residual that the prior mean has under this slope.
+            residual -= &jacobian * (&self.mean - &at);
+            let by_state = &jacobian * &self.covariance;
+            let spread = &by_state * jacobian.transpose() + &noise;
+            let factor = spread.cholesky().ok_or(Error::Singular { time_s })?;
+            let log_determinant: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            let solved = factor.solve(&residual);
+            evidence = Some(-0.5 * (residual.dot(&solved) + log_determinant + residual.len() as f64 * TAU.ln()));
+            at = &self.mean + by_state.tr_mul(&solved);
+            if turn + 1 == times.max(1) {
+                self.covariance -= by_state.tr_mul(&factor.solve(&by_state));
+                // What rounding leaves over the diagonal would grow.
+                self.covariance = 0.5 * (&self.covariance + self.covariance.transpose());
+            }
+        }
+        self.mean = at;
+        Ok(evidence)
     }
 }
 

@@ -77,11 +77,38 @@ struct GaussianArgument {
     corrections: Vec<String>,
 }
 
-/// Either, told apart by what it has.
+/// What a mixture has besides, read.
+#[derive(FromPyObject)]
+struct MixtureArgument {
+    corrections: Vec<String>,
+    accel_growth: f64,
+    forearm_sd_rad: f64,
+    tilt_start_sd_rad: f64,
+    tilt_density: f64,
+    shoulder: bool,
+    shoulder_sd_m: f64,
+    shoulder_density: f64,
+}
+
+impl MixtureArgument {
+    fn add_to(&self, noise: &mut Noise) {
+        let unknown = GaussMarkov { start_sd: 0.0, density: 0.0 };
+        noise.bias = noise.bias.or(Some(unknown));
+        noise.tilt = Some(GaussMarkov { start_sd: self.tilt_start_sd_rad, density: self.tilt_density });
+        let shoulder = GaussMarkov { start_sd: self.shoulder_sd_m, density: self.shoulder_density };
+        noise.shoulder = self.shoulder.then_some(shoulder);
+        noise.accel_growth = self.accel_growth;
+        noise.forearm_sd = self.forearm_sd_rad;
+    }
+}
+
+/// Any of them, told apart by what it has.
 #[derive(FromPyObject)]
 enum MethodArgument {
     #[pyo3(transparent)]
     Particles(ParticlesArgument),
+    #[pyo3(transparent)]
+    Mixture(MixtureArgument),
     #[pyo3(transparent)]
     Gaussian(GaussianArgument),
 }
@@ -126,6 +153,7 @@ impl From<NoiseArgument> for Noise {
             rest_turn_rate: noise.rest_turn_rate,
             bias: walk(noise.bias, noise.bias_start_sd, noise.bias_density),
             offset: walk(noise.offset, noise.offset_start_sd_m, noise.offset_density),
+            ..Self::default()
         }
     }
 }
@@ -146,6 +174,9 @@ impl TryFrom<MethodArgument> for Method {
                     .collect::<Result<_>>()?,
                 len: p.particles,
                 resampling: Resampling::new(Scheme::from_name(&p.resampling)?, p.ess_threshold)?,
+            },
+            MethodArgument::Mixture(m) => Self::Mixture {
+                corrections: m.corrections.iter().map(|c| Correction::from_name(c)).collect::<Result<_>>()?,
             },
             MethodArgument::Gaussian(g) => Self::Gaussian {
                 corrections: g.corrections.iter().map(|c| Correction::from_name(c)).collect::<Result<_>>()?,
@@ -324,7 +355,11 @@ fn extract_views(cameras: &Bound<'_, PyAny>) -> PyResult<Vec<View>> {
 fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {
     let noise: NoiseArgument = method.extract()?;
     let kind: MethodArgument = method.extract()?;
-    Ok((noise.into(), kind.try_into()?))
+    let mut noise = Noise::from(noise);
+    if let MethodArgument::Mixture(mixture) = &kind {
+        mixture.add_to(&mut noise);
+    }
+    Ok((noise, kind.try_into()?))
 }
 
 fn samples(

@@ -1,0 +1,271 @@
+//! A mixture of Gaussians over the state: components that split where a measurement bends over their spread, and merge again.
+//!
+//! With one component, and nothing to split, it is the (iterated) extended Kalman filter. A posterior with two branches,
+//! such as the two depths at which a viewing ray meets a sphere, needs no particles: two components hold both.
+//! Splitting after Vittaldev & Russell, "Multidirectional Gaussian mixture models for nonlinear uncertainty propagation",
+//! CMES 111(1), 2016; merging after Salmond, "Mixture reduction algorithms for target tracking", IEE Colloquium 1989.
+
+use crate::Result;
+use crate::filter::{Gaussian, Linear};
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+/// A standard normal as five narrower ones: places, weights, and the standard deviation of each.
+const PLACES: [f64; 5] = [-1.689_972_9, -0.800_928_3, 0.0, 0.800_928_3, 1.689_972_9];
+const SHARES: [f64; 5] = [0.076_321_6, 0.247_441_7, 0.352_473_4, 0.247_441_7, 0.076_321_6];
+const NARROWER: f64 = 0.442_255_5;
+
+/// How many components there may be, and when two of them are one.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reduction {
+    /// Components that are kept, the heaviest.
+    pub most: usize,
+    /// Squared Mahalanobis distance below which two are merged.
+    pub merge_within: f64,
+    /// A component of less weight goes.
+    pub least_weight: f64,
+}
+
+/// One Gaussian of a mixture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Component {
+    /// Where it is.
+    pub gaussian: Gaussian,
+    /// Logarithm of its share.
+    pub log_weight: f64,
+}
+
+/// Weighted Gaussians; the weights sum to one.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Mixture {
+    components: Vec<Component>,
+}
+
+impl Mixture {
+    /// One Gaussian.
+    pub fn new(gaussian: Gaussian) -> Self {
+        Self { components: vec![Component { gaussian, log_weight: 0.0 }] }
+    }
+
+    /// Several, whose weights are made to sum to one.
+    pub fn of(components: Vec<Component>) -> Self {
+        let mut mixture = Self { components };
+        mixture.normalise();
+        mixture
+    }
+
+    /// The Gaussians, in no order that means anything.
+    pub fn components(&self) -> &[Component] {
+        &self.components
+    }
+
+    /// Change every Gaussian alike, such as by a motion.
+    pub fn for_each(&mut self, change: impl Fn(&mut Gaussian)) {
+        self.components.iter_mut().for_each(|component| change(&mut component.gaussian));
+    }
+
+    /// Correct every component by what `linearise` says about a state (nothing: it has nothing to say), relinearised
+    /// `times` times; weigh them by their evidence. Returns the log evidence of all; none where nothing was said.
+    ///
+    /// # Errors
+    /// [`crate::Error::Singular`], at the time given; what `linearise` gives.
+    pub fn correct(
+        &mut self,
+        time_s: f64,
+        times: usize,
+        linearise: impl Fn(&DVector<f64>) -> Result<Option<Linear>>,
+    ) -> Result<Option<f64>> {
+        let mut said = false;
+        for component in &mut self.components {
+            if let Some(evidence) = component.gaussian.correct_iterated(time_s, times, &linearise)? {
+                component.log_weight += evidence;
+                said = true;
+            }
+        }
+        Ok(said.then(|| self.normalise()))
+    }
+
+    /// Split components along the direction that `bent` gives of a Gaussian, `(D,)` of unit length in the columns that
+    /// matter, until none of them is bent or there are `most`.
+    pub fn split(&mut self, most: usize, bent: impl Fn(&Gaussian) -> Option<DVector<f64>>) {
+        let mut at = 0;
+        while at < self.components.len() {
+            let direction = bent(&self.components[at].gaussian);
+            match direction.filter(|_| self.components.len() + PLACES.len() - 1 <= most) {
+                Some(direction) => {
+                    let whole = self.components.swap_remove(at);
+                    self.components.extend(parts(&whole, &direction));
+                }
+                None => at += 1,
+            }
+        }
+    }
+
+    /// Merge what is near, drop what is light.
+    pub fn reduce(&mut self, limits: &Reduction) {
+        self.components.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+        let least = limits.least_weight.ln();
+        self.components.retain(|component| component.log_weight >= least);
+        let mut kept: Vec<Component> = Vec::with_capacity(self.components.len());
+        for component in self.components.drain(..) {
+            let near = kept.iter().position(|other| distance(other, &component) < limits.merge_within);
+            match near {
+                Some(k) => kept[k] = merged(&kept[k], &component),
+                None => kept.push(component),
+            }
+        }
+        kept.sort_by(|a, b| b.log_weight.total_cmp(&a.log_weight));
+        kept.truncate(limits.most.max(1));
+        self.components = kept;
+        self.normalise();
+    }
+
+    /// Mean `(D,)` and covariance `(D, D)` of all.
+    pub fn moments(&self) -> (DVector<f64>, DMatrix<f64>) {
+        let dim = self.components[0].gaussian.mean.len();
+        let (mut mean, mut covariance) = (DVector::zeros(dim), DMatrix::zeros(dim, dim));
+        for Component { gaussian, log_weight } in &self.components {
+            mean.axpy(log_weight.exp(), &gaussian.mean, 1.0);
+        }
+        for Component { gaussian, log_weight } in &self.components {
+            let (weight, apart) = (log_weight.exp(), &gaussian.mean - &mean);
+            covariance += &gaussian.covariance * weight;
+            covariance.ger(weight, &apart, &apart, 1.0);
+        }
+        (mean, covariance)
+    }
+
+    /// The value below which `share` of a sum of normal distributions lies; each: weight, mean, standard deviation.
+    pub fn quantile(parts: &[(f64, f64, f64)], share: f64) -> f64 {
+        let reach = |sign: f64| {
+            let ends = parts.iter().map(|(_, mean, sd)| mean + sign * 8.0 * sd);
+            if sign < 0.0 { ends.fold(f64::INFINITY, f64::min) } else { ends.fold(f64::NEG_INFINITY, f64::max) }
+        };
+        let (mut low, mut high) = (reach(-1.0), reach(1.0));
+        for _ in 0..48 {
+            let middle = 0.5 * (low + high);
+            let below: f64 = parts.iter().map(|(weight, mean, sd)| weight * normal_below((middle - mean) / sd)).sum();
+            if below < share { low = middle } else { high = middle }
+        }
+        0.5 * (low + high)
+    }
+
+    /// Weights to a sum of one; returns the logarithm of what they summed to.
+    fn normalise(&mut self) -> f64 {
+        let largest = self.components.iter().map(|c| c.log_weight).fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = self.components.iter().map(|c| (c.log_weight - largest).exp()).sum();
+        let log_sum = largest + sum.ln();
+        self.components.iter_mut().for_each(|c| c.log_weight -= log_sum);
+        log_sum
+    }
+}
+
+/// Five narrower components along a direction; mean and covariance of all of them are those of the whole.
+fn parts(whole: &Component, direction: &DVector<f64>) -> Vec<Component> {
+    let Component { gaussian, log_weight } = whole;
+    let sd = direction.dot(&(&gaussian.covariance * direction)).max(f64::MIN_POSITIVE).sqrt();
+    // What goes with one standard deviation along the direction.
+    let along = &gaussian.covariance * direction / sd;
+    // The narrower ones and the spread of their places make one standard deviation.
+    let kept = NARROWER * NARROWER;
+    let spread: f64 = PLACES.iter().zip(SHARES).map(|(place, share)| share * place * place).sum();
+    let scale = ((1.0 - kept) / spread).sqrt();
+    let mut covariance = gaussian.covariance.clone();
+    covariance.ger(kept - 1.0, &along, &along, 1.0);
+    let total: f64 = SHARES.iter().sum();
+    PLACES
+        .iter()
+        .zip(SHARES)
+        .map(|(place, share)| Component {
+            gaussian: Gaussian { mean: &gaussian.mean + &along * (place * scale), covariance: covariance.clone() },
+            log_weight: log_weight + (share / total).ln(),
+        })
+        .collect()
+}
+
+/// Squared distance of two means in the wider one's terms, largest over the columns: cheap, and enough to tell apart.
+fn distance(a: &Component, b: &Component) -> f64 {
+    let apart = &a.gaussian.mean - &b.gaussian.mean;
+    let variance = |d: usize| a.gaussian.covariance[(d, d)].min(b.gaussian.covariance[(d, d)]).max(f64::MIN_POSITIVE);
+    (0..apart.len()).map(|d| apart[d] * apart[d] / variance(d)).fold(0.0, f64::max)
+}
+
+/// One component of the same mean and covariance as the two.
+fn merged(a: &Component, b: &Component) -> Component {
+    let largest = a.log_weight.max(b.log_weight);
+    let log_weight = largest + ((a.log_weight - largest).exp() + (b.log_weight - largest).exp()).ln();
+    let share = (b.log_weight - log_weight).exp();
+    let apart = &b.gaussian.mean - &a.gaussian.mean;
+    let mean = &a.gaussian.mean + &apart * share;
+    let mut covariance = &a.gaussian.covariance * (1.0 - share) + &b.gaussian.covariance * share;
+    covariance.ger(share * (1.0 - share), &apart, &apart, 1.0);
+    Component { gaussian: Gaussian { mean, covariance }, log_weight }
+}
+
+/// The standard normal distribution function, to 1.2e-7 (Numerical Recipes' erfc).
+fn normal_below(x: f64) -> f64 {
+    let z = x.abs() / std::f64::consts::SQRT_2;
+    let t = 1.0 / (1.0 + 0.5 * z);
+    let series = [
+        -1.265_512_23, 1.000_023_68, 0.374_091_96, 0.096_784_18, -0.186_288_06, 0.278_868_07, -1.135_203_98,
+        1.488_515_87, -0.822_152_23, 0.170_872_77,
+    ];
+    let sum = series.iter().rev().fold(0.0, |sum, c| sum * t + c);
+    let above = 0.5 * t * (-z * z + sum).exp();
+    if x >= 0.0 { 1.0 - above } else { above }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gaussian(mean: &[f64], covariance: &[f64]) -> Gaussian {
+        let dim = mean.len();
+        Gaussian { mean: DVector::from_column_slice(mean), covariance: DMatrix::from_row_slice(dim, dim, covariance) }
+    }
+
+    fn close(a: f64, b: f64, within: f64) {
+        assert!((a - b).abs() <= within, "{a} is not {b} within {within}");
+    }
+
+    #[test]
+    fn splitting_and_merging_keep_mean_and_covariance() {
+        let one = gaussian(&[1.0, -2.0, 0.5], &[2.0, 0.6, 0.1, 0.6, 1.0, -0.2, 0.1, -0.2, 0.5]);
+        let mut mixture = Mixture::new(one.clone());
+        let direction = DVector::from_column_slice(&[0.6, 0.8, 0.0]);
+        let is_whole = |g: &Gaussian| (direction.dot(&(&g.covariance * &direction)) > 1.0).then(|| direction.clone());
+        mixture.split(30, is_whole);
+        assert_eq!(mixture.components().len(), 5);
+        let (mean, covariance) = mixture.moments();
+        assert!((mean - &one.mean).amax() < 1e-12 && (covariance - &one.covariance).amax() < 1e-9);
+        mixture.reduce(&Reduction { most: 12, merge_within: 1e9, least_weight: 1e-9 });
+        assert_eq!(mixture.components().len(), 1);
+        assert!((mixture.moments().1 - &one.covariance).amax() < 1e-9);
+    }
+
+    /// A prior over two places that a distance from the origin allows: both stay, and the middle goes.
+    #[test]
+    fn two_branches_are_both_kept() {
+        let mut mixture = Mixture::new(gaussian(&[0.0], &[1.0]));
+        let distance_of_one = |x: &DVector<f64>| {
+            let slope = if x[0] < 0.0 { -1.0 } else { 1.0 };
+            let one = |v: f64| DMatrix::from_element(1, 1, v);
+            Ok(Some((DVector::from_element(1, 1.0 - x[0].abs()), one(slope), one(0.01))))
+        };
+        mixture.split(5, |g| (g.covariance[0] > 0.05).then(|| DVector::from_element(1, 1.0)));
+        mixture.correct(0.0, 3, distance_of_one).unwrap();
+        mixture.reduce(&Reduction { most: 12, merge_within: 0.5, least_weight: 1e-4 });
+        let left = mixture.components().iter().filter(|c| c.gaussian.mean[0] < 0.0);
+        let share: f64 = left.map(|c| c.log_weight.exp()).sum();
+        assert!((0.2..0.8).contains(&share), "{share} {:?}", mixture.components());
+        assert!(mixture.components().iter().all(|c| (c.gaussian.mean[0].abs() - 1.0).abs() < 0.1));
+    }
+
+    #[test]
+    fn quantiles_of_one_and_of_two() {
+        close(Mixture::quantile(&[(1.0, 2.0, 3.0)], 0.975), 2.0 + 3.0 * 1.959_964, 1e-4);
+        close(Mixture::quantile(&[(0.5, -10.0, 1.0), (0.5, 10.0, 1.0)], 0.25), -10.0, 1e-4);
+        close(normal_below(0.0), 0.5, 1e-7);
+        close(normal_below(-1.0), 0.158_655_25, 2e-7);
+    }
+}
