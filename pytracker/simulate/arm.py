@@ -26,6 +26,7 @@ from pytracker.rotation import (
     triple,
 )
 from pytracker.simulate.patterns import PATTERNS
+from pytracker.simulate.worn import RATE_HZ, Worn
 
 __all__ = ["ArmScene", "ArmSimulation"]
 
@@ -44,7 +45,7 @@ class ArmScene:
     """What is simulated. Raises `InputError` when out of range.
 
     Attributes:
-        pattern: `circle`, `rectangle` or `reach`.
+        pattern: `circle`, `rectangle`, `reach` or `gesture`.
         duration_s: length, s.
         period_s: one turn of the pattern, s.
         centre_m: centre of the pattern, world, m.
@@ -68,6 +69,8 @@ class ArmScene:
         dropped_imu: share of IMU samples that are missing.
         dropped_frames: share of frames in whose place the one before is shown again.
         clutter_noise: standard deviation of the image noise, grey levels.
+        worn: as bad as life (`pytracker.simulate.worn`): sensor, strap, shoulder, clock, lengths and camera are off, the
+            IMU gives 60 Hz.
     """
 
     pattern: str = "circle"
@@ -94,6 +97,7 @@ class ArmScene:
     dropped_imu: float = 0.0
     dropped_frames: float = 0.0
     clutter_noise: float = 4.0
+    worn: bool = False
 
     def __post_init__(self) -> None:
         """Check kinds and ranges."""
@@ -163,6 +167,10 @@ class ArmSimulation:
     def _rng(self, what: str) -> np.random.Generator:
         return np.random.default_rng([self.seed, *what.encode()])
 
+    @cached_property
+    def _worn(self) -> Worn | None:
+        return Worn(self.scene.duration_s, self._rng("worn")) if self.scene.worn else None
+
     def wrist(self, time_s: Array) -> Array:
         """Wrist joint at `time_s`, world, m `(T, 3)`."""
         s = self.scene
@@ -170,7 +178,10 @@ class ArmSimulation:
 
     def shoulder(self, time_s: Array) -> Array:
         """Shoulder joint at `time_s`, world, m `(T, 3)`."""
-        return np.asarray(self.scene.shoulder_m) + self.scene.shoulder_motion_m * _slow(time_s, self._rng("shoulder"))
+        shoulder = np.asarray(self.scene.shoulder_m) + self.scene.shoulder_motion_m * _slow(time_s, self._rng("shoulder"))
+        if self._worn is None:
+            return shoulder
+        return shoulder + self._worn.shoulder(time_s, self.wrist(time_s) - np.asarray(self.scene.centre_m))
 
     def elbow(self, time_s: Array) -> Array:
         """Elbow joint: where the two arm spheres meet, swung towards `elbow_swing`, world, m `(T, 3)`."""
@@ -186,7 +197,18 @@ class ArmSimulation:
         return np.asarray(shoulder + along * to_centre + swing * radius)
 
     def q_world_sensor(self, time_s: Array) -> Array:
-        """True orientation: +y from wrist to elbow, +z as far up as that allows, `(T, 4)`."""
+        """True orientation of the sensor, `(T, 4)`: the forearm's, unless it is worn."""
+        q = self.q_world_forearm(time_s)
+        return q if self._worn is None else multiply(q, self._worn.mount(time_s, self._turn_rate(time_s)))
+
+    def _turn_rate(self, time_s: Array) -> Array:
+        """How fast the forearm turns `(T,)`, rad/s."""
+        h = DIFFERENCE_S
+        turned = multiply(conjugate(self.q_world_forearm(time_s - h)), self.q_world_forearm(time_s + h))
+        return np.asarray(np.linalg.norm(turned[:, 1:], axis=1) / h)
+
+    def q_world_forearm(self, time_s: Array) -> Array:
+        """True orientation of the forearm: +y from wrist to elbow, +z as far up as that allows, `(T, 4)`."""
         y = (self.elbow(time_s) - self.wrist(time_s)) / self.scene.forearm_m
         z = np.array([0.0, 0.0, 1.0]) - y * y[:, 2:]
         z /= np.linalg.norm(z, axis=1, keepdims=True)
@@ -201,29 +223,50 @@ class ArmSimulation:
 
     @cached_property
     def arm(self) -> Arm:
-        """The arm, starting where the pattern starts."""
+        """The arm as it was measured, starting where the pattern starts."""
         s = self.scene
+        upper_arm, forearm = (1.0, 1.0) if self._worn is None else self._worn.lengths
         start = self.wrist(np.zeros(1))[0]
         return Arm(
             shoulder_m=s.shoulder_m,
-            upper_arm_m=s.upper_arm_m,
-            forearm_m=s.forearm_m,
+            upper_arm_m=s.upper_arm_m * float(upper_arm),
+            forearm_m=s.forearm_m * float(forearm),
             wrist_start_m=triple(start),
         )
 
     @cached_property
     def cameras(self) -> tuple[Camera, ...]:
-        """The first faces the subject; each further one stands a quarter turn on."""
+        """As they were calibrated. The first faces the subject; each further one stands a quarter turn on."""
         return tuple(
             look_at(self.scene.centre_m, 90.0 * k, CAMERA_ELEVATION_DEG, CAMERA_DISTANCE_M, self.scene.patch_offset_m)
             for k in range(self.scene.cameras)
         )
 
     @cached_property
+    def true_cameras(self) -> tuple[Camera, ...]:
+        """As they were: turned about what was filmed, of another focal length, where it is worn."""
+        return self.cameras if self._worn is None else tuple(self._uncalibrated(camera) for camera in self.cameras)
+
+    def _uncalibrated(self, camera: Camera) -> Camera:
+        assert self._worn is not None
+        centre = np.asarray(self.scene.centre_m)
+        q = rotation_vector_to_quaternion(self._worn.camera_turn)
+        rotation = np.array(camera.rotation) @ np.stack([rotate(q, axis) for axis in np.eye(3)], axis=1)
+        translation = np.array(camera.rotation) @ centre + np.array(camera.translation_m) - rotation @ centre
+        (fx, skew, cx), (_, fy, cy), last = camera.matrix
+        return dataclasses.replace(
+            camera,
+            matrix=((fx * self._worn.focal, skew, cx), (0.0, fy * self._worn.focal, cy), last),
+            rotation=(triple(rotation[0]), triple(rotation[1]), triple(rotation[2])),
+            translation_m=triple(translation),
+        )
+
+    @cached_property
     def imu(self) -> Imu:
         """What the IMU says, with its noise, bias and orientation error."""
         s = self.scene
-        time_s = np.arange(round(s.duration_s * s.imu_rate_hz) + 1) / s.imu_rate_hz
+        rate_hz = s.imu_rate_hz if self._worn is None else RATE_HZ
+        time_s = np.arange(round(s.duration_s * rate_hz) + 1) / rate_hz
         time_s = _keep(time_s, s.dropped_imu, self._rng("dropped imu"))
         q = self.q_world_sensor(time_s)
         h = DIFFERENCE_S
@@ -237,7 +280,11 @@ class ArmSimulation:
         gyr = rate + s.gyr_bias * _direction(rng) + s.gyr_noise * rng.standard_normal(size)
         half = np.deg2rad(s.orientation_error_deg) / np.sqrt(2)
         error = half * (_direction(rng) + _slow(time_s, rng))
-        return Imu(time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr)
+        if self._worn is None:
+            return Imu(time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr)
+        acc += self._worn.acceleration(time_s, acceleration)
+        measured = multiply(self._worn.tilt(time_s, self._turn_rate(time_s)), q)
+        return Imu(time_s=self._worn.clock(time_s), acc=acc, q_world_sensor=measured, gyr=gyr)
 
     def patch(self, time_s: Array) -> Array:
         """Centre of the patch, world, m `(T, 3)`."""
@@ -247,7 +294,7 @@ class ArmSimulation:
     def sightings(self, pixel_sd: float = 4.0) -> Array:
         """Patch centres with Gaussian noise, no video between: `(T, C, 2)` px, NaN where occluded."""
         patch = self.patch(self.frame_time_s)
-        pixels = np.stack([camera.project(patch) for camera in self.cameras], axis=1)
+        pixels = np.stack([camera.project(patch) for camera in self.true_cameras], axis=1)
         pixels += pixel_sd * self._rng("pixels").standard_normal(pixels.shape)
         pixels[self.is_occluded(self.frame_time_s)] = np.nan
         return pixels

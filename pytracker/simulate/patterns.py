@@ -51,9 +51,19 @@ def _reach(time_s: Array, period_s: float) -> Array:
     return _through(corners, time_s, 3 * period_s)
 
 
+def _gesture(time_s: Array, period_s: float) -> Array:
+    """Freely about, above the table, livelier than an exercise: three waves an axis without a common period, from rest."""
+    ramp = 1.0 - np.exp(-0.5 * (np.maximum(time_s, 0.0) / RAMP_S) ** 2)
+    phase = 2 * np.pi * np.maximum(time_s, 0.0)[:, None] / (0.6 * period_s)
+    waves = np.array([[1.0, 1.618, 0.414], [0.732, 1.414, 0.577], [0.854, 1.236, 0.382]])
+    swing = np.stack([(np.sin(phase * waves[d]) * [0.5, 0.25, 0.25]).sum(axis=1) for d in range(3)], axis=1)
+    return np.asarray(ramp[:, None] * swing * [1.6, 0.8, 1.3] + [0.0, -0.2, 1.2])
+
+
 PATTERNS: dict[str, Callable[[Array, float], Array]] = {
     "circle": _circle,
     "rectangle": _rectangle,
     "reach": _reach,
+    "gesture": _gesture,
 }
 """Pattern by name: (times `(T,)`, period in s) to positions `(T, 3)` in radii."""

@@ -40,7 +40,7 @@ SHIFT = 4
 
 def render(simulation: ArmSimulation, camera_index: int) -> Iterator[Image]:
     """Frames of one camera, BGR `(480, 640, 3)`, one for every time in `frame_time_s`."""
-    scene, camera = simulation.scene, simulation.cameras[camera_index]
+    scene, camera = simulation.scene, simulation.true_cameras[camera_index]
     rng = np.random.default_rng([simulation.seed, camera_index, *b"image"])
     times = simulation.frame_time_s
     background = _background(camera, np.asarray(scene.shoulder_m), rng)

@@ -32,7 +32,7 @@ def simulate_arm(
     simulation = ArmSimulation(scene, seed)
     with whole_folder(Path(folder), force=force, is_recording=True) as out:
         boxes = []
-        for index, camera in enumerate(simulation.cameras):
+        for index, camera in enumerate(simulation.true_cameras):
             _write_video(out / _video_name(index), simulation, index, progress)
             boxes.append(_first_box(simulation, camera))
         _write_imu(out / "imu.csv", simulation)

@@ -104,14 +104,14 @@ impl ArmMixture {
             }
         };
         for sighting in &frame.sightings {
-            add(self.state.correct(frame.time_s, 1, |state| seen.patch(sighting, state))?);
+            add(self.state.correct(frame.time_s, 1, |state, _| seen.patch(sighting, state))?);
         }
         if self.is_held {
             self.state.split(MOST_SPLIT, |gaussian| seen.bent(gaussian));
-            add(self.state.correct(frame.time_s, TIMES, |state| Ok(seen.length(state)))?);
+            add(self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(seen.length(state, covariance)))?);
         }
         if self.is_rested && frame.is_rest {
-            add(self.state.correct(frame.time_s, 1, |state| Ok(Some(seen.rest(state))))?);
+            add(self.state.correct(frame.time_s, 1, |state, _| Ok(Some(seen.rest(state))))?);
         }
         self.state.reduce(&REDUCTION);
         Ok(self.summary(&seen, frame.time_s, evidence))
@@ -235,18 +235,24 @@ impl<'a> Seen<'a> {
         Ok(Some((DVector::from_column_slice(residual.as_slice()), slope, noise)))
     }
 
-    /// The upper arm's length; none where it has no direction.
-    fn length(&self, state: &DVector<f64>) -> Option<Linear> {
+    /// The upper arm's length, to second order: a place that is known to within a ball is farther from the shoulder, on
+    /// average, than the ball's centre is. None where it has no direction.
+    fn length(&self, state: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<Linear> {
         let (upper_arm, by_state) = self.upper_arm(state);
         let length = upper_arm.norm();
         if length <= 0.0 {
             return None;
         }
         let along = upper_arm / length;
-        let slope = along.transpose() * by_state;
+        let slope = along.transpose() * &by_state;
+        let spread = &by_state * covariance * by_state.transpose();
+        let bend = (Matrix3::identity() - along * along.transpose()) / length;
+        let bent: Matrix3<f64> = bend * Matrix3::from_fn(|r, c| spread[(r, c)]);
+        let (more, more_variance) = (0.5 * bent.trace(), 0.5 * (bent * bent).trace());
         let sd = self.length_sd(along);
-        let residual = DVector::from_element(1, self.arm.upper_arm_m - length);
-        Some((residual, DMatrix::from_row_slice(1, self.layout.dim, slope.as_slice()), DMatrix::from_element(1, 1, sd * sd)))
+        let residual = DVector::from_element(1, self.arm.upper_arm_m - length - more);
+        let noise = DMatrix::from_element(1, 1, sd * sd + more_variance);
+        Some((residual, DMatrix::from_row_slice(1, self.layout.dim, slope.as_slice()), noise))
     }
 
     /// Of the length, along the upper arm: itself, and a forearm that lies beside the sensor's axis or has turned unseen.

@@ -49,7 +49,7 @@ impl Gaussian {
 
     /// Correct by a measurement that is linearised about where the correction leads, `times` times in all (Bell & Cathey, "The
     /// iterated Kalman filter update as a Gauss-Newton method", IEEE Trans. Automatic Control 38(2), 1993). The log evidence is
-    /// that of the last slope. None where there is nothing to correct by.
+    /// that of the last slope. `linearise` sees the prior's covariance too, for what bends over it. None where there is nothing to correct by.
     ///
     /// # Errors
     /// [`Error::Singular`]; what `linearise` gives.
@@ -57,12 +57,12 @@ impl Gaussian {
         &mut self,
         time_s: f64,
         times: usize,
-        linearise: impl Fn(&DVector<f64>) -> Result<Option<Linear>>,
+        linearise: impl Fn(&DVector<f64>, &DMatrix<f64>) -> Result<Option<Linear>>,
     ) -> Result<Option<f64>> {
         let mut at = self.mean.clone();
         let mut evidence = None;
         for turn in 0..times.max(1) {
-            let Some((mut residual, jacobian, noise)) = linearise(&at)? else { return Ok(None) };
+            let Some((mut residual, jacobian, noise)) = linearise(&at, &self.covariance)? else { return Ok(None) };
             // The residual that the prior mean has under this slope.
             residual -= &jacobian * (&self.mean - &at);
             let by_state = &jacobian * &self.covariance;

@@ -64,7 +64,7 @@ impl Mixture {
         self.components.iter_mut().for_each(|component| change(&mut component.gaussian));
     }
 
-    /// Correct every component by what `linearise` says about a state (nothing: it has nothing to say), relinearised
+    /// Correct every component by what `linearise` says about a state, given the component's covariance (nothing: it has nothing to say), relinearised
     /// `times` times; weigh them by their evidence. Returns the log evidence of all; none where nothing was said.
     ///
     /// # Errors
@@ -73,7 +73,7 @@ impl Mixture {
         &mut self,
         time_s: f64,
         times: usize,
-        linearise: impl Fn(&DVector<f64>) -> Result<Option<Linear>>,
+        linearise: impl Fn(&DVector<f64>, &DMatrix<f64>) -> Result<Option<Linear>>,
     ) -> Result<Option<f64>> {
         let mut said = false;
         for component in &mut self.components {
@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn two_branches_are_both_kept() {
         let mut mixture = Mixture::new(gaussian(&[0.0], &[1.0]));
-        let distance_of_one = |x: &DVector<f64>| {
+        let distance_of_one = |x: &DVector<f64>, _: &DMatrix<f64>| {
             let slope = if x[0] < 0.0 { -1.0 } else { 1.0 };
             let one = |v: f64| DMatrix::from_element(1, 1, v);
             Ok(Some((DVector::from_element(1, 1.0 - x[0].abs()), one(slope), one(0.01))))
