@@ -230,10 +230,12 @@ class Mixture(ArmMethod):
         shoulder: whether the shoulder may move.
         shoulder_sd_m: how far, m per axis.
         shoulder_density: how fast, m/√s, drawn back so that its spread stays `shoulder_sd_m`.
+        clock_sd_s: by how much the clocks of camera and IMU differ, s.
     """
 
     corrections: tuple[str, ...] = ("arm_length",)
-    accel_density: float = 0.05
+    accel_density: float = 0.1
+    arm_length_sd_m: float = 0.02
     bias: bool = True
     bias_start_sd: float = 0.1
     offset: bool = True
@@ -242,8 +244,9 @@ class Mixture(ArmMethod):
     tilt_start_sd_rad: float = 0.03
     tilt_density: float = 0.01
     shoulder: bool = True
-    shoulder_sd_m: float = 0.03
-    shoulder_density: float = 0.035
+    shoulder_sd_m: float = 0.02
+    shoulder_density: float = 0.025
+    clock_sd_s: float = 0.02
 
 
 METHODS: dict[str, type[ArmMethod]] = {

@@ -7,7 +7,7 @@
 use super::colour::Sighting;
 use super::particle::Frame;
 use super::pause::Stretch;
-use super::state::{Arm, Estimate, GaussMarkov, Layout, Noise, POSITION, Point, VELOCITY};
+use super::state::{Arm, Estimate, Layout, Noise, POSITION, Point, VELOCITY};
 use super::worn::WornMotion;
 use crate::filter::{Component, Gaussian, Linear, Mixture, Reduction};
 use crate::quaternion::Quaternion;
@@ -127,15 +127,19 @@ impl ArmMixture {
 
     fn predict(&mut self, worn: Option<&WornMotion>, noise: &Noise) {
         let Some(motion) = worn else { return };
-        let others = [(self.layout.offset, noise.offset), (self.layout.shoulder, noise.shoulder)];
-        let others: Vec<(usize, GaussMarkov)> = others.into_iter().filter_map(|(c, p)| Some((c?, p?))).collect();
+        let others = [
+            (self.layout.offset, 3, noise.offset),
+            (self.layout.shoulder, 3, noise.shoulder),
+            (self.layout.clock, 1, noise.clock),
+        ];
+        let others: Vec<_> = others.into_iter().filter_map(|(column, width, of)| Some((column?, width, of?))).collect();
         self.state.for_each(|gaussian| motion.predict(&mut gaussian.mean, &mut gaussian.covariance, &others));
     }
 
     fn summary(&self, seen: &Seen<'_>, time_s: f64, log_evidence: Option<f64>) -> Estimate {
         let (mean, covariance) = self.state.moments();
-        let wrist = self.point(|state| (state.fixed_rows::<3>(POSITION).into(), seen.by_position()), 0.0);
-        let elbow = self.point(|state| seen.elbow(state), seen.noise.forearm_sd * seen.arm.forearm_m);
+        let wrist = self.point(|state| seen.wrist(state), 0.0);
+        let elbow = self.point(|state| seen.elbow_seen(state), seen.noise.forearm_sd * seen.arm.forearm_m);
         Estimate { time_s, mean, covariance, wrist, elbow, ess: None, log_evidence, doubt: None }
     }
 
@@ -180,6 +184,18 @@ impl<'a> Seen<'a> {
         slope
     }
 
+    /// The wrist when the camera sees it, which is a little later than the IMU's clock says; and its slope `(3, D)`.
+    fn wrist(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let (mut wrist, mut slope): (Vector3<f64>, _) = (state.fixed_rows::<3>(POSITION).into(), self.by_position());
+        if let Some(column) = self.layout.clock {
+            let velocity: Vector3<f64> = state.fixed_rows::<3>(VELOCITY).into();
+            wrist += velocity * state[column];
+            slope.fixed_view_mut::<3, 3>(0, VELOCITY).copy_from(&(Matrix3::identity() * state[column]));
+            slope.fixed_view_mut::<3, 1>(0, column).copy_from(&velocity);
+        }
+        (wrist, slope)
+    }
+
     /// A vector of the sensor's frame, `arm` in the world as measured: turned by the orientation's error; and its slope.
     fn turned(&self, state: &DVector<f64>, arm: Vector3<f64>) -> (Vector3<f64>, Option<(usize, Matrix3<f64>)>) {
         match self.layout.tilt {
@@ -191,7 +207,14 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// The elbow, world, m, and its slope `(3, D)`.
+    /// The elbow when the camera sees the wrist, and its slope `(3, D)`.
+    fn elbow_seen(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let ((elbow, mut slope), (wrist, by_wrist)) = (self.elbow(state), self.wrist(state));
+        slope += by_wrist - self.by_position();
+        (elbow + wrist - state.fixed_rows::<3>(POSITION), slope)
+    }
+
+    /// The elbow by the IMU's clock, world, m, and its slope `(3, D)`.
     fn elbow(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
         let (forearm, by_tilt) = self.turned(state, self.forearm);
         let mut slope = self.by_position();
@@ -219,11 +242,12 @@ impl<'a> Seen<'a> {
             offset += state.fixed_rows::<3>(column);
         }
         let (glued, by_tilt) = self.turned(state, self.world_sensor * offset);
-        let patch: Vector3<f64> = state.fixed_rows::<3>(POSITION) + glued;
+        let (wrist, by_state) = self.wrist(state);
         let time_s = self.frame.time_s;
-        let (pixel, by_patch) = sighting.view.camera.project_with_jacobian(patch).ok_or(Error::RanAway { time_s })?;
-        let mut slope = DMatrix::zeros(2, self.layout.dim);
-        slope.fixed_view_mut::<2, 3>(0, POSITION).copy_from(&by_patch);
+        let seen = sighting.view.camera.project_with_jacobian(wrist + glued);
+        let (pixel, by_patch) = seen.ok_or(Error::RanAway { time_s })?;
+        let by_state = by_patch * by_state;
+        let mut slope = DMatrix::from_fn(2, self.layout.dim, |r, c| by_state[(r, c)]);
         if let Some((column, by_tilt)) = by_tilt {
             slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * by_tilt));
         }

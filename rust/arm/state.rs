@@ -93,6 +93,8 @@ pub struct Noise {
     pub tilt: Option<GaussMarkov>,
     /// Where the shoulder is, beyond the place given, world, m, where it is estimated (mixture only).
     pub shoulder: Option<GaussMarkov>,
+    /// How much later the camera sees than the IMU's clock says, s, where it is estimated (mixture only).
+    pub clock: Option<GaussMarkov>,
     /// How `accel_density` grows with what the wrist accelerates by, per m/s² (mixture only).
     pub accel_growth: f64,
     /// Direction of the forearm beside the sensor's axis: skin and strap, rad (mixture only).
@@ -124,7 +126,7 @@ impl Noise {
         require(positive(self.rest_speed), "rest_speed", self.rest_speed, "a positive number of m/s")?;
         require(zero_or_more(self.rest_accel), "rest_accel", self.rest_accel, "0 m/s² or more")?;
         require(zero_or_more(self.rest_turn_rate), "rest_turn_rate", self.rest_turn_rate, "0 rad/s or more")?;
-        for walk in [&self.bias, &self.offset, &self.tilt, &self.shoulder].into_iter().flatten() {
+        for walk in [&self.bias, &self.offset, &self.tilt, &self.shoulder, &self.clock].into_iter().flatten() {
             require(zero_or_more(walk.start_sd), "start_sd of what is estimated", walk.start_sd, "0 or more")?;
             require(zero_or_more(walk.density), "density of what is estimated", walk.density, "0 or more")?;
         }
@@ -154,6 +156,7 @@ impl Default for Noise {
             offset: None,
             tilt: None,
             shoulder: None,
+            clock: None,
             accel_growth: 0.0,
             forearm_sd: 0.0,
         }
@@ -190,6 +193,8 @@ pub struct Layout {
     pub tilt: Option<usize>,
     /// First column of the shoulder's displacement.
     pub shoulder: Option<usize>,
+    /// Column of the clock's error.
+    pub clock: Option<usize>,
     /// Number of columns.
     pub dim: usize,
 }
@@ -203,17 +208,18 @@ impl Layout {
     /// The columns that `noise` asks for.
     pub fn new(noise: &Noise) -> Self {
         let mut dim = 6;
-        let mut take = |wanted: bool| {
+        let mut take = |wanted: bool, width: usize| {
             wanted.then(|| {
-                dim += 3;
-                dim - 3
+                dim += width;
+                dim - width
             })
         };
-        let bias = take(noise.bias.is_some());
-        let tilt = take(noise.tilt.is_some());
-        let offset = take(noise.offset.is_some());
-        let shoulder = take(noise.shoulder.is_some());
-        Self { bias, offset, tilt, shoulder, dim }
+        let bias = take(noise.bias.is_some(), 3);
+        let tilt = take(noise.tilt.is_some(), 3);
+        let offset = take(noise.offset.is_some(), 3);
+        let shoulder = take(noise.shoulder.is_some(), 3);
+        let clock = take(noise.clock.is_some(), 1);
+        Self { bias, offset, tilt, shoulder, clock, dim }
     }
 
     /// Mean `(D,)` and standard deviation `(D,)` of the state at the first frame.
@@ -223,14 +229,15 @@ impl Layout {
         let mut sd = DVector::zeros(self.dim);
         sd.rows_mut(POSITION, 3).fill(noise.position_start_sd);
         sd.rows_mut(VELOCITY, 3).fill(noise.velocity_start_sd);
-        for (column, walk) in [
-            (self.bias, noise.bias),
-            (self.offset, noise.offset),
-            (self.tilt, noise.tilt),
-            (self.shoulder, noise.shoulder),
+        for (column, width, walk) in [
+            (self.bias, 3, noise.bias),
+            (self.offset, 3, noise.offset),
+            (self.tilt, 3, noise.tilt),
+            (self.shoulder, 3, noise.shoulder),
+            (self.clock, 1, noise.clock),
         ] {
             if let (Some(column), Some(walk)) = (column, walk) {
-                sd.rows_mut(column, 3).fill(walk.start_sd);
+                sd.rows_mut(column, width).fill(walk.start_sd);
             }
         }
         (mean, sd)

@@ -89,18 +89,18 @@ impl WornMotion {
         self.elapsed_s += dt;
     }
 
-    /// Move a Gaussian whose first columns are the core; the others, drawn back by `others` (column, process), do not mix.
-    pub fn predict(&self, mean: &mut DVector<f64>, covariance: &mut DMatrix<f64>, others: &[(usize, GaussMarkov)]) {
+    /// Move a Gaussian whose first columns are the core; the others, drawn back by `others` (first column, how many, process), do not mix.
+    pub fn predict(&self, mean: &mut DVector<f64>, covariance: &mut DMatrix<f64>, others: &[(usize, usize, GaussMarkov)]) {
         let dim = mean.len();
         let core = self.transition * mean.fixed_rows::<CORE>(0) + self.input;
         mean.fixed_rows_mut::<CORE>(0).copy_from(&core);
         let mut kept = DVector::from_element(dim, 1.0);
-        for (column, process) in others {
+        for (column, width, process) in others {
             let (keep, gained) = process.step(self.elapsed_s);
-            for d in 0..3 {
-                kept[column + d] = keep;
-                mean[column + d] *= keep;
-                covariance[(column + d, column + d)] += gained / (keep * keep);
+            for d in *column..column + width {
+                kept[d] = keep;
+                mean[d] *= keep;
+                covariance[(d, d)] += gained / (keep * keep);
             }
         }
         let square = self.transition * covariance.fixed_view::<CORE, CORE>(0, 0) * self.transition.transpose() + self.noise;
@@ -177,7 +177,7 @@ mod tests {
         for d in 0..CORE {
             expected_mean[d] += motion.input[d];
         }
-        motion.predict(&mut mean, &mut covariance, &[(CORE, other)]);
+        motion.predict(&mut mean, &mut covariance, &[(CORE, 3, other)]);
         assert!((covariance - expected).amax() < 1e-12);
         assert!((mean - expected_mean).amax() < 1e-12);
     }

@@ -88,6 +88,7 @@ struct MixtureArgument {
     shoulder: bool,
     shoulder_sd_m: f64,
     shoulder_density: f64,
+    clock_sd_s: f64,
 }
 
 impl MixtureArgument {
@@ -97,6 +98,7 @@ impl MixtureArgument {
         noise.tilt = Some(GaussMarkov { start_sd: self.tilt_start_sd_rad, density: self.tilt_density });
         let shoulder = GaussMarkov { start_sd: self.shoulder_sd_m, density: self.shoulder_density };
         noise.shoulder = self.shoulder.then_some(shoulder);
+        noise.clock = Some(GaussMarkov { start_sd: self.clock_sd_s, density: 0.0 });
         noise.accel_growth = self.accel_growth;
         noise.forearm_sd = self.forearm_sd_rad;
     }
