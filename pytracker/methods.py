@@ -234,19 +234,21 @@ class Mixture(ArmMethod):
     """
 
     corrections: tuple[str, ...] = ("arm_length",)
-    accel_density: float = 0.1
-    arm_length_sd_m: float = 0.02
+    accel_density: float = 0.085
+    arm_length_sd_m: float = 0.01
     bias: bool = True
-    bias_start_sd: float = 0.1
+    bias_start_sd: float = 0.08
+    bias_density: float = 0.03
     offset: bool = True
+    offset_start_sd_m: float = 0.01
     accel_growth: float = 0.3
-    forearm_sd_rad: float = 0.03
-    tilt_start_sd_rad: float = 0.03
-    tilt_density: float = 0.01
+    forearm_sd_rad: float = 0.08
+    tilt_start_sd_rad: float = 0.017
+    tilt_density: float = 0.003
     shoulder: bool = True
-    shoulder_sd_m: float = 0.02
+    shoulder_sd_m: float = 0.017
     shoulder_density: float = 0.025
-    clock_sd_s: float = 0.02
+    clock_sd_s: float = 0.05
 
 
 METHODS: dict[str, type[ArmMethod]] = {

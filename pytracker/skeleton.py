@@ -22,7 +22,7 @@ KEY_BONES: dict[str, tuple[str, float]] = dict(
         KEY_JOINTS,
         [
             ("root", 0.0), ("head", 1.0), ("lhumerus", 0.0), ("rhumerus", 0.0),
-            ("lhumerus", 1.0), ("rhumerus", 1.0), ("lradius", 1.0), ("rradius", 1.0),
+            ("lhumerus", 1.0), ("rhumerus", 1.0), ("lwrist", 1.0), ("rwrist", 1.0),
         ],
         strict=True,
     )

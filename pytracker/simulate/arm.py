@@ -38,6 +38,8 @@ CAMERA_ELEVATION_DEG = 30.0
 TRUTH_RATE_HZ = 100.0
 DIFFERENCE_S = 2e-3
 MOST_FRAMES = 100_000
+STRETCHED = 0.97
+"""An arm is never quite straight."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,7 +183,13 @@ class ArmSimulation:
         shoulder = np.asarray(self.scene.shoulder_m) + self.scene.shoulder_motion_m * _slow(time_s, self._rng("shoulder"))
         if self._worn is None:
             return shoulder
-        return shoulder + self._worn.shoulder(time_s, self.wrist(time_s) - np.asarray(self.scene.centre_m))
+        wrist = self.wrist(time_s)
+        shoulder = shoulder + self._worn.shoulder(time_s, wrist - np.asarray(self.scene.centre_m))
+        # Who does not reach that far leans forward.
+        between = wrist - shoulder
+        distance = np.linalg.norm(between, axis=1, keepdims=True)
+        reach = STRETCHED * (self.scene.upper_arm_m + self.scene.forearm_m)
+        return np.asarray(shoulder + between * np.maximum(0.0, 1.0 - reach / distance))
 
     def elbow(self, time_s: Array) -> Array:
         """Elbow joint: where the two arm spheres meet, swung towards `elbow_swing`, world, m `(T, 3)`."""

@@ -14,8 +14,8 @@ pub const KEY_JOINTS: [(&str, &str, f64); 8] = [
     ("right_shoulder", "rhumerus", 0.0),
     ("left_elbow", "lhumerus", 1.0),
     ("right_elbow", "rhumerus", 1.0),
-    ("left_wrist", "lradius", 1.0),
-    ("right_wrist", "rradius", 1.0),
+    ("left_wrist", "lwrist", 1.0),
+    ("right_wrist", "rwrist", 1.0),
 ];
 
 /// What wears skin: ends of the line whose middle the blob shows: (bone, along) twice.
