@@ -142,10 +142,17 @@ class BodyTracker:
         time_s: float,
         edges: NDArray[np.uint8],
         blobs: NDArray[np.float64],
+        skin: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
+        foreground: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
         threads: int | None = None,
     ) -> BodyEstimate: ...
     def update_recorded(
-        self, time_s: float, edges: NDArray[np.uint8], blobs: NDArray[np.float64]
+        self,
+        time_s: float,
+        edges: NDArray[np.uint8],
+        blobs: NDArray[np.float64],
+        skin: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
+        foreground: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
     ) -> tuple[BodyEstimate, list[LayerRecord]]: ...
     def joints(self, states: NDArray[np.float64]) -> NDArray[np.float64]: ...
     def poses(self, states: NDArray[np.float64]) -> NDArray[np.float64]: ...

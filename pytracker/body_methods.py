@@ -46,6 +46,10 @@ class BodyMethod(Method):
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
         unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
         unseen_turn_sd_rad: of its turn about its long axis; likewise.
+        skin_loss: log-likelihood lost by hands and bare forearms that lie off the skin, and as much by skin that neither head
+            nor arm wears (fixed scale; the paper has blobs only: 0).
+        foreground_loss: the same of limbs and the foreground above the hips.
+        region_reach_m: farther off than this is as bad as any, m.
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """
 
@@ -67,6 +71,9 @@ class BodyMethod(Method):
     unseen_distance_sd_m: float = 0.0
     unseen_lean_sd_rad: float = 0.0
     unseen_turn_sd_rad: float = 0.0
+    skin_loss: float = 0.0
+    foreground_loss: float = 0.0
+    region_reach_m: float = 0.2
     free: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "body"
@@ -104,6 +111,8 @@ class _Fixed(BodyMethod):
     unseen_distance_sd_m: float = 0.05
     unseen_lean_sd_rad: float = 0.17
     unseen_turn_sd_rad: float = 0.17
+    skin_loss: float = 20.0
+    foreground_loss: float = 20.0
     edge_loss: float = 3.0
 
 

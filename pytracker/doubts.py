@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections import Counter
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
 from pytracker.track_arm import ArmTrack, track_arm
 from pytracker.track_body import BodyTrack
 
-__all__ = ["doubts"]
+__all__ = ["doubts", "unbelieved"]
 
 PROBE = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15)
 """Fast, and its log evidence is that of the data."""
@@ -39,6 +40,15 @@ LEAST_FRAMES = 100
 
 CERTAIN = 15.0
 """Log evidence by which another setting must be better; right ones were beaten by 6 at most on 54 simulations."""
+
+FEW_UNSEEN = 0.2
+"""Fewer frames without the patch are usual."""
+IMPLAUSIBLE = (
+    "the wrist is beyond the arm's reach and its own band",
+    "the cloud of particles has collapsed",
+    "the estimate lies beside the patch that is seen",
+)
+"""What the tracker says of an estimate that no arm can have (`rust/arm/plausible.rs`): worth a word at any share."""
 
 LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
@@ -99,6 +109,17 @@ def _log_evidence(
     found[len(found) - len(track.time_s) :] = track.log_evidence
     found[sightings.time_s < imu.time_s[0] + max(OFFSETS_S) + SETTLED_S] = np.nan
     return found
+
+
+def unbelieved(track: Track) -> tuple[str, ...]:
+    """A sentence where frames are not to be believed, with the reasons; empty where all are, or a few were only not seen."""
+    counts = Counter(words for reason in track.reason if reason for words in reason.split("; "))
+    bad = int((~track.valid).sum())
+    if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in IMPLAUSIBLE)):
+        return ()
+    named = ", ".join(f"{words} ({count})" for words, count in counts.most_common(3))
+    share = bad / len(track.valid)
+    return (f"{bad} of {len(track.valid)} frames ({share:.0%}) are not valid, do not use them: {named}",)
 
 
 def where_of(recording: Recording) -> str:

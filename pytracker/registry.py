@@ -16,7 +16,7 @@ __all__ = ["DEFAULTS", "METHODS_OF", "as_tuples", "make_method", "method_of_clas
 METHODS_OF: dict[str, Mapping[str, type[Method]]] = {"arm": METHODS, "body": BODY_METHODS}
 """By kind of recording, then by name."""
 
-DEFAULTS = {"arm": "joint", "body": "partitioned"}
+DEFAULTS = {"arm": "mixture", "body": "partitioned"}
 """The best method of each kind."""
 
 

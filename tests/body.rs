@@ -134,6 +134,7 @@ fn method(layers: Vec<BodyLayer>, weighing: Weighing) -> BodyMethod {
     BodyMethod {
         len: 400,
         islands: 1,
+        regions: Regions { skin_loss: 0.0, foreground_loss: 0.0, reach_m: 0.2 },
         unseen: Unseen { distance_m: 0.0, lean: 0.0, turn: 0.0 },
         layers,
         resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),

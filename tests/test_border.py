@@ -90,8 +90,8 @@ def test_what_cannot_be_held_is_refused_before_it_is_tried(simulated: Path, tmp_
     done = limited(f"""
         import sys
         from pytracker.cli import main
-        sys.argv = ["pytracker", "track", {str(simulated)!r}, "--out", {str(tmp_path / "out")!r}, "--particles",
-                    "100000000"]
+        sys.argv = ["pytracker", "track", {str(simulated)!r}, "--out", {str(tmp_path / "out")!r}, "--method", "joint",
+                    "--particles", "100000000"]
         main()
     """)
     assert done.returncode == 2, done.stderr
@@ -180,7 +180,7 @@ def test_a_panic_is_an_error_of_ours(body: pt.BodyRecording) -> None:
 
 
 def test_numbers_and_brackets_without_end(simulated: Path, tmp_path: Path) -> None:
-    for setting in ("particles=" + "9" * 5000, "particles=" + "[" * 100_000):
+    for setting in ("pixel_sd=" + "9" * 5000, "pixel_sd=" + "[" * 100_000):
         done = run("track", simulated, "--out", tmp_path / "out", "--set", setting)
         assert done.returncode == 2
         assert "internal error" not in done.stderr

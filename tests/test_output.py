@@ -162,7 +162,7 @@ def test_killed_at_every_step_of_the_replacing(tmp_path: Path, swap: bool) -> No
 
 
 COMMANDS = {
-    "track": ("track", "{recording}", "--out", "out", "--force", "--no-report", "--particles", "50"),
+    "track": ("track", "{recording}", "--out", "out", "--force", "--no-report", "--method", "layered"),
     "simulate": ("simulate", "arm", "out", "--force", "--set", "duration_s=1"),
     "demo": ("demo", "--out", "out", "--force", "--duration", "1", "--body-duration", "1"),
 }
@@ -250,7 +250,7 @@ def stopped(command: list[str], folder: Path, wait_for: str, number: int = signa
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_the_overlay_is_not_waited_for(tmp_path: Path, number: int) -> None:
     recording = pt.simulate_arm(tmp_path / "recording", pt.ArmScene(duration_s=30.0), 1)
-    command = ["track", str(recording), "--out", "out", "--particles", "100"]
+    command = ["track", str(recording), "--out", "out"]
     status, said, lasted_s = stopped(command, tmp_path, ".out-*/overlay.mp4", number)
     assert status == 128 + number
     assert lasted_s < 5.0  # 2 s on a machine that does nothing else; the overlay takes 15

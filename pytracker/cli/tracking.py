@@ -16,6 +16,7 @@ from pytracker.cli import parameters
 from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.cli.terminal import frames_bar, print_comparison
+from pytracker.doubts import unbelieved
 from pytracker.methods import Method
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.index import render_index
@@ -26,6 +27,7 @@ __all__ = ["commands"]
 commands = typer.Typer()
 
 ARM_METHODS: tuple[Method, ...] = (
+    pt.Mixture(),
     pt.Joint(),
     pt.Layered(),
     pt.Plain(particles=5000),
@@ -46,7 +48,7 @@ PAPERS = {"arm": "layered", "body": "plain"}
 """The papers' own."""
 
 FEW_VALID = 0.5
-"""Fewer valid frames than this share, and the command says so."""
+"""Fewer valid frames than this share, and the run failed: what there is of it is written all the same."""
 
 
 @commands.command()
@@ -61,7 +63,7 @@ def demo(
 ) -> None:
     """Simulate an arm and a body, track them by every method, print the comparisons and write the reports."""
     check_target(out, force=force)  # before the work, not after it
-    arm_scene, body_scene = pt.ArmScene(duration_s=duration), pt.BodyScene(duration_s=body_duration)
+    arm_scene, body_scene = pt.ArmScene(duration_s=duration, worn=True), pt.BodyScene(duration_s=body_duration)
     tracks = {}
     with tempfile.TemporaryDirectory() as scratch, frames_bar(quiet) as progress:
         folder = keep or Path(scratch)
@@ -83,7 +85,7 @@ def demo(
 def track(
     folder: Folder,
     out: Out,
-    method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the best: joint, partitioned.")] = "",
+    method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the best: mixture, partitioned.")] = "",
     particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
     settings: Settings = None,
     seed: Seed = 0,
@@ -106,12 +108,12 @@ def track(
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
     warn(pt.doubts(result))
-    if result.valid.mean() < FEW_VALID:
-        unseen = len(result.valid) - int(result.valid.sum())
-        warn((f"{folder}: {unseen} of {len(result.valid)} frames are not valid, see reason in track.csv",))
+    warn(unbelieved(result))
     if recording.truth is not None:
         print_comparison([result], quiet)
     say(f"wrote {out}", quiet)
+    if result.valid.mean() < FEW_VALID:
+        raise typer.Exit(1)
 
 
 @commands.command()

@@ -14,6 +14,7 @@ from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.video import Frame, Image, frames
@@ -23,6 +24,12 @@ __all__ = ["BodyEvidence", "Silhouette", "SilhouetteParameters", "median_backgro
 
 MEDIAN_FRAMES = 61
 """Frames, evenly chosen, that a median background is made of."""
+
+Region = tuple[NDArray[np.float32], Array]
+"""Distances from a mask, and points on it."""
+
+REGION_POINTS = 48
+"""So many points, evenly chosen, stand for a mask."""
 
 RIM_PX = 5
 """Twice as far as blur and interpolation mix colours, and one."""
@@ -87,6 +94,8 @@ class BodyEvidence:
         skin: 255 on skin `(H, W)`, before blobs are filtered.
         blobs: centres of skin blobs, px `(B, 2)`.
         areas_px: their areas `(B,)`.
+        skin_region: distance of every pixel from skin `(H, W)`, px, and some points on it `(P, 2)`, px.
+        foreground_region: the same of the foreground.
     """
 
     foreground: Image
@@ -94,6 +103,8 @@ class BodyEvidence:
     skin: Image
     blobs: Array
     areas_px: Array
+    skin_region: Region | None = None
+    foreground_region: Region | None = None
 
 
 def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:
@@ -119,6 +130,17 @@ def read_background(path: Path) -> Image:
 def _image(array: Any) -> Image:
     """What OpenCV gives, as the eight-bit image that it is."""
     return np.asarray(array, dtype=np.uint8)
+
+
+def _region(mask: Image) -> Region | None:
+    """A mask as distances and points; None where it is empty."""
+    rows, columns = np.nonzero(mask)
+    if not len(rows):
+        return None
+    distance = cv2.distanceTransform(cv2.bitwise_not(mask), cv2.DIST_L2, 3)
+    picked = np.linspace(0, len(rows) - 1, min(REGION_POINTS, len(rows))).astype(int)
+    points = np.column_stack([columns[picked], rows[picked]]).astype(np.float64)
+    return np.asarray(distance, dtype=np.float32), points
 
 
 class Silhouette:
@@ -156,7 +178,7 @@ class Silhouette:
         foreground = self._foreground(_image(smooth), y, cr, cb)
         edges = self._edges(y, foreground)
         skin, blobs, areas = self._skin(y, cr, cb, foreground)
-        return BodyEvidence(foreground, edges, skin, blobs, areas)
+        return BodyEvidence(foreground, edges, skin, blobs, areas, _region(skin), _region(foreground))
 
     def _foreground(self, image: Image, y: Image, cr: Image, cb: Image) -> Image:
         p = self.parameters

@@ -17,6 +17,7 @@ WORDS = {
     "Layered": "PF with constraint (layered)",
     "LayeredFromConstraint": "PF with constraint (layered, from IV-B)",
     "Joint": "PF with constraint (joint)",
+    "Mixture": "Gaussian mixture",
     "BodyPlain": "PF of Li & Kulić",
     "Annealed": "Annealed PF",
     "Partitioned": "Partitioned PF",

@@ -10,7 +10,7 @@ from importlib import resources
 import jinja2
 
 from pytracker._core import __version__
-from pytracker.doubts import doubts
+from pytracker.doubts import doubts, unbelieved
 from pytracker.evaluate import Scores
 from pytracker.joint_track import Track
 
@@ -63,7 +63,9 @@ def render(
         figures=figures,
         has_overlay=has_overlay,
         lost=_lost(main),
-        warnings=dict.fromkeys((*main.recording.warnings, *(doubt for track in tracks for doubt in doubts(track)))),
+        warnings=dict.fromkeys(
+            (*unbelieved(main), *main.recording.warnings, *(doubt for track in tracks for doubt in doubts(track)))
+        ),
         parameters=[
             (label, track.seed, track.method.parameters()) for label, track in zip(labels, tracks, strict=True)
         ],

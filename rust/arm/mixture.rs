@@ -104,7 +104,7 @@ impl ArmMixture {
             }
         };
         for sighting in &frame.sightings {
-            add(self.state.correct(frame.time_s, 1, |state, _| seen.patch(sighting, state))?);
+            add(self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, covariance))?);
         }
         if self.is_held {
             self.state.split(MOST_SPLIT, |gaussian| seen.bent(gaussian));
@@ -236,7 +236,12 @@ impl<'a> Seen<'a> {
     }
 
     /// The patch's pixel; one that is far off is trusted less.
-    fn patch(&self, sighting: &Sighting<'_>, state: &DVector<f64>) -> Result<Option<Linear>> {
+    fn patch(
+        &self,
+        sighting: &Sighting<'_>,
+        state: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Result<Option<Linear>> {
         let mut offset = sighting.view.patch_offset;
         if let Some(column) = self.layout.offset {
             offset += state.fixed_rows::<3>(column);
@@ -255,7 +260,10 @@ impl<'a> Seen<'a> {
             slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * self.world_sensor));
         }
         let residual = sighting.pixel - pixel;
-        let noise = DMatrix::from_diagonal_element(2, 2, self.noise.pixel_sd * self.noise.pixel_sd);
+        let variance = self.noise.pixel_sd * self.noise.pixel_sd;
+        let spread = &slope * covariance * slope.transpose();
+        let far = (0..2).map(|d| residual[d] * residual[d] / (variance + spread[(d, d)])).sum::<f64>();
+        let noise = DMatrix::from_diagonal_element(2, 2, variance * (far / ROBUST).max(1.0));
         Ok(Some((DVector::from_column_slice(residual.as_slice()), slope, noise)))
     }
 

@@ -5,6 +5,7 @@
 
 use super::edges::{EdgeImage, rectangle};
 use super::figure::{Figure, Group};
+use super::region::{Region, RegionLook, loss};
 use super::skin::Blobs;
 use crate::filter::Likelihood;
 use crate::particles::ParticleSet;
@@ -35,6 +36,8 @@ pub struct Scene<'a> {
     pub edges: &'a EdgeImage,
     /// Blobs by wearer.
     pub blobs: Blobs,
+    /// Skin and foreground as regions, where they are given.
+    pub regions: (Option<&'a Region>, Option<&'a Region>),
 }
 
 /// How badly a particle explains a scene.
@@ -46,6 +49,8 @@ pub struct Distances {
     pub blob: f64,
     /// Half the sum of squares of distances in standard deviations, each at most half of `reach²`.
     pub blob_loss: f64,
+    /// What regions are lost by ([`super::region::loss`]).
+    pub region_loss: f64,
     /// The same of what a body cannot do: limits and penetration.
     pub body_loss: f64,
 }
@@ -59,6 +64,8 @@ pub struct Look {
     pub blob_sd_m: f64,
     /// Beyond this many standard deviations a blob says nothing more: it may be something else.
     pub blob_reach: f64,
+    /// How much regions count, where they do.
+    pub regions: Option<RegionLook>,
     /// Whether limits of joints count.
     pub limits: bool,
     /// Whether hands in the torso count.
@@ -84,6 +91,9 @@ impl Scene<'_> {
                     *seen = self.projection.see(at(p));
                 }
                 *distances = self.outline_and_blobs(&seen, look);
+                if let Some(regions) = &look.regions {
+                    distances.region_loss = loss(self.figure, &seen, &look.groups, self.regions, regions);
+                }
                 if look.limits {
                     for (d, [low, high]) in self.figure.limits.iter().enumerate() {
                         let value = block.column(d)[within + i];
@@ -217,7 +227,7 @@ pub struct FixedScale<'a> {
 impl Likelihood for FixedScale<'_> {
     fn log_likelihood(&self, particles: &ParticleSet, out: &mut [f64]) {
         for (out, d) in out.iter_mut().zip(self.scene.distances(particles, &self.look)) {
-            *out = -self.sharpness * (self.edge_loss * d.edge + d.blob_loss) - d.body_loss;
+            *out = -self.sharpness * (self.edge_loss * d.edge + d.blob_loss + d.region_loss) - d.body_loss;
         }
     }
 

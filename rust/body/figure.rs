@@ -2,6 +2,7 @@
 
 use super::model::{Place, SubModel};
 use crate::particles::ParticleSet;
+use crate::projection::{Projection, Seen};
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result, error::require};
 use serde::{Deserialize, Serialize};
@@ -160,6 +161,18 @@ impl Figure {
                 out.column_mut(d).copy_from_slice(&points[d * count..(d + 1) * count]);
             }
         })
+    }
+
+    /// Where the points of the model are seen in one state, `(D,)`.
+    ///
+    /// # Panics
+    /// When the state has no column.
+    pub fn seen(&self, projection: &Projection, state: &[f64]) -> Vec<Seen> {
+        let one = ParticleSet::from_rows(state.len(), state).expect("one particle");
+        let mut points = vec![0.0; self.model.len() * 3];
+        let block = one.blocks().next().expect("one block");
+        self.model.points(block, 0, 1, &mut points);
+        points.as_chunks::<3>().0.iter().map(|point| projection.see(*point)).collect()
     }
 
     /// The same of states from elsewhere.

@@ -42,6 +42,8 @@ pub(super) struct Sight<'a> {
     pub time_s: f64,
     /// Since the frame before; 0 at the first.
     pub elapsed_s: f64,
+    /// How bare the forearms are, 0 to 1.
+    pub bare: f64,
 }
 
 impl Island {
@@ -66,11 +68,12 @@ impl Island {
     /// One cycle.
     pub fn update(&mut self, sight: &Sight<'_>, recorder: Option<&mut dyn Recorder>) -> Result<Posterior> {
         let blobs = self.assign(sight);
-        let Sight { figure, projection, method, evidence, time_s, elapsed_s } = *sight;
-        let scene = Scene { figure, projection, edges: &evidence.edges, blobs };
+        let Sight { figure, projection, method, evidence, time_s, elapsed_s, bare } = *sight;
+        let regions = (evidence.skin.as_ref(), evidence.foreground.as_ref());
+        let scene = Scene { figure, projection, edges: &evidence.edges, blobs, regions };
         let walks: Vec<_> = method.layers.iter().map(|layer| method.walk(figure, layer, elapsed_s)).collect();
         let weighings: Vec<Box<dyn Likelihood + '_>> =
-            method.layers.iter().map(|layer| method.weighing(layer, scene)).collect();
+            method.layers.iter().map(|layer| method.weighing(layer, scene, bare)).collect();
         let layers: Vec<Layer<'_>> = walks
             .iter()
             .zip(&weighings)
@@ -86,17 +89,8 @@ impl Island {
     /// Blobs to wearers, by where the mean of the particles expects them.
     fn assign(&mut self, sight: &Sight<'_>) -> Blobs {
         let (mean, _) = self.filter.particles().moments();
-        let mut one = ParticleSet::new(1, mean.len()).expect("one particle");
-        one.for_each_block(|_, mut block| {
-            for (d, value) in mean.iter().enumerate() {
-                block.column_mut(d)[0] = *value;
-            }
-        });
-        let model = &sight.figure.model;
-        let mut points = vec![0.0; model.len() * 3];
-        let block = one.blocks().next().expect("one block");
-        model.points(block, 0, 1, &mut points);
-        let see = |p: usize| sight.projection.see([points[3 * p], points[3 * p + 1], points[3 * p + 2]]);
+        let seen = sight.figure.seen(sight.projection, mean.as_slice());
+        let see = |p: usize| seen[p];
         let expected = [0, 1, 2].map(|wearer| {
             let [a, b] = [0, 1].map(|end| see(KEY_JOINTS.len() + 2 * wearer + end));
             [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]

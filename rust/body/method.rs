@@ -7,6 +7,7 @@
 //! | partitioned | torso; left arm; right arm |
 
 use super::cues::{FixedScale, Look, Rescaled, Scene};
+use super::region::RegionLook;
 use super::figure::{Figure, Group};
 use super::motion::{Anew, Walk};
 use super::unseen::Unseen;
@@ -59,6 +60,17 @@ pub enum Weighing {
     },
 }
 
+/// How much skin and foreground count as regions.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Regions {
+    /// Log-likelihood lost by hands and forearms off the skin, and by skin that nobody wears.
+    pub skin_loss: f64,
+    /// The same of limbs and the foreground.
+    pub foreground_loss: f64,
+    /// As bad as any, m.
+    pub reach_m: f64,
+}
+
 /// A method of tracking the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyMethod {
@@ -86,6 +98,8 @@ pub struct BodyMethod {
     pub limits: bool,
     /// Whether hands in the torso count.
     pub penetration: bool,
+    /// How much regions count.
+    pub regions: Regions,
     /// What the estimate adds to the joints' depth.
     pub unseen: Unseen,
 }
@@ -126,6 +140,10 @@ impl BodyMethod {
         require(positive(self.blob_sd_m), "blob_sd_m", self.blob_sd_m, "a positive length in metres")?;
         require(positive(self.blob_reach), "blob_reach", self.blob_reach, "a positive number")?;
         require(positive(self.gate_m), "gate_m", self.gate_m, "a positive length in metres")?;
+        let Regions { skin_loss, foreground_loss, reach_m } = self.regions;
+        require(zero_or_more(skin_loss), "skin_loss", skin_loss, "0 or more")?;
+        require(zero_or_more(foreground_loss), "foreground_loss", foreground_loss, "0 or more")?;
+        require(positive(reach_m), "region_reach_m", reach_m, "a positive length in metres")?;
         self.unseen.check()?;
         if self.layers.is_empty() {
             return Err(Error::Size { name: "layers", got: 0, unit: "layers", expected: 1 });
@@ -155,9 +173,12 @@ impl BodyMethod {
         Walk { sd, anew, share: self.anew_share * layer.spread }
     }
 
-    pub(super) fn weighing<'a>(&'a self, layer: &BodyLayer, scene: Scene<'a>) -> Box<dyn Likelihood + 'a> {
+    pub(super) fn weighing<'a>(&'a self, layer: &BodyLayer, scene: Scene<'a>, bare: f64) -> Box<dyn Likelihood + 'a> {
         let Self { blob_sd_m, blob_reach, limits, penetration, .. } = *self;
-        let look = Look { groups: layer.groups.clone(), blob_sd_m, blob_reach, limits, penetration };
+        let Regions { skin_loss, foreground_loss, reach_m } = self.regions;
+        let regions =
+            (skin_loss + foreground_loss > 0.0).then_some(RegionLook { skin_loss, foreground_loss, reach_m, bare });
+        let look = Look { groups: layer.groups.clone(), blob_sd_m, blob_reach, regions, limits, penetration };
         match self.weighing {
             Weighing::Rescaled { base, alpha, adapt } => {
                 let base = base.powf(layer.sharpness);

@@ -4,6 +4,7 @@ use super::edges::EdgeImage;
 use super::figure::Figure;
 use super::island::{Island, Posterior, Sight, most_given};
 use super::method::BodyMethod;
+use super::region::{Region, bareness};
 use super::skin::Blobs;
 use crate::filter::Recorder;
 use crate::particles::{ParticleSet, Summary};
@@ -24,6 +25,10 @@ pub struct BodyEvidence {
     pub edges: EdgeImage,
     /// Centres of skin-coloured blobs, px, in no order.
     pub blobs: Vec<[f64; 2]>,
+    /// Skin as a region, where it is given.
+    pub skin: Option<Region>,
+    /// The person as a region, where it is given.
+    pub foreground: Option<Region>,
 }
 
 /// What the tracker knows at one frame.
@@ -53,6 +58,8 @@ pub struct BodyTracker {
     first_frame_s: Option<f64>,
     last_frame_s: Option<f64>,
     lost_at_s: Option<f64>,
+    /// How bare the forearms are, told at the first frame that shows skin.
+    bare: Option<f64>,
 }
 
 impl BodyTracker {
@@ -66,7 +73,7 @@ impl BodyTracker {
         let share = |k: usize| len / count + usize::from(k < len % count);
         let islands = (0..count).map(|k| Island::new(&figure, &method, share(k), branch(seed, k as u64)));
         let islands = islands.collect::<Result<_>>()?;
-        Ok(Self { figure, projection, method, islands, first_frame_s: None, last_frame_s: None, lost_at_s: None })
+        Ok(Self { figure, projection, method, islands, first_frame_s: None, last_frame_s: None, lost_at_s: None, bare: None })
     }
 
     /// The figure.
@@ -109,8 +116,12 @@ impl BodyTracker {
             return Err(Error::Late { what: "frame", time_s, latest_s });
         }
         let elapsed_s = self.last_frame_s.map_or(0.0, |last| time_s - last);
+        if let (None, Some(skin)) = (self.bare, &evidence.skin) {
+            self.bare = Some(bareness(skin, &self.figure.seen(&self.projection, &self.figure.model.start())));
+        }
+        let bare = self.bare.unwrap_or(1.0);
         let Self { figure, projection, method, islands, .. } = self;
-        let sight = Sight { figure, projection, method, evidence, time_s, elapsed_s };
+        let sight = Sight { figure, projection, method, evidence, time_s, elapsed_s, bare };
         // Until it is known that all went well: a filter that failed half-way must not be used again.
         self.lost_at_s = Some(time_s);
         let posteriors: Vec<Posterior> = if let Some(recorder) = recorder {

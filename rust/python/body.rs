@@ -5,7 +5,7 @@ use super::record::{LayerRecord, records};
 use super::rows;
 use crate::body::edges::EdgeImage;
 use crate::body::{
-    self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Unseen, Weighing,
+    self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Region, Regions, Unseen, Weighing,
 };
 use crate::camera::Camera;
 use crate::filter::{History, Resampling};
@@ -115,6 +115,9 @@ struct MethodArgument {
     unseen_distance_sd_m: f64,
     unseen_lean_sd_rad: f64,
     unseen_turn_sd_rad: f64,
+    skin_loss: f64,
+    foreground_loss: f64,
+    region_reach_m: f64,
 }
 
 /// What weighs, told apart by what it has.
@@ -159,6 +162,11 @@ fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         gate_m: m.gate_m,
         limits: m.limits,
         penetration: m.penetration,
+        regions: Regions {
+            skin_loss: m.skin_loss,
+            foreground_loss: m.foreground_loss,
+            reach_m: m.region_reach_m,
+        },
         unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
     };
     method.check()?;
@@ -200,31 +208,38 @@ impl BodyTracker {
         })?))
     }
 
-    /// Take a frame: time in s, edges `(H, W)` bytes (0 is none), centres of blobs `(B, 2)` px in no order. Raises
+    /// Take a frame: time in s, edges `(H, W)` bytes (0 is none), centres of blobs `(B, 2)` px in no order; skin and
+    /// foreground as regions, each a pair: distance of every pixel `(H, W)`, px, and some points `(P, 2)`, px. Raises
     /// `InputError`, or `TrackingError` when no particle explains what was seen. `threads` limits how many work on the
     /// particles; it does not change the result.
-    #[pyo3(signature = (time_s, edges, blobs, threads = None))]
+    #[pyo3(signature = (time_s, edges, blobs, skin = None, foreground = None, threads = None))]
+    #[allow(clippy::too_many_arguments)] // one argument a sense; keywords in Python
     fn update(
         &mut self,
         py: Python<'_>,
         time_s: f64,
         edges: PyReadonlyArray2<'_, u8>,
         blobs: PyReadonlyArray2<'_, f64>,
+        skin: Option<RegionArgument<'_>>,
+        foreground: Option<RegionArgument<'_>>,
         threads: Option<usize>,
     ) -> PyResult<BodyEstimate> {
-        let evidence = BodyEvidence { edges: image(&edges)?, blobs: rows("blobs", &blobs)? };
+        let evidence = evidence(&edges, &blobs, skin, foreground)?;
         Ok(BodyEstimate(compute(py, threads, || self.0.update(time_s, &evidence))?))
     }
 
     /// The same, with what every layer did: same bits, more memory. Raises as `update`.
+    #[pyo3(signature = (time_s, edges, blobs, skin = None, foreground = None))]
     fn update_recorded(
         &mut self,
         py: Python<'_>,
         time_s: f64,
         edges: PyReadonlyArray2<'_, u8>,
         blobs: PyReadonlyArray2<'_, f64>,
+        skin: Option<RegionArgument<'_>>,
+        foreground: Option<RegionArgument<'_>>,
     ) -> PyResult<(BodyEstimate, Vec<LayerRecord>)> {
-        let evidence = BodyEvidence { edges: image(&edges)?, blobs: rows("blobs", &blobs)? };
+        let evidence = evidence(&edges, &blobs, skin, foreground)?;
         let mut history = History::default();
         let estimate = compute(py, None, || self.0.update_recorded(time_s, &evidence, Some(&mut history)))?;
         Ok((BodyEstimate(estimate), records(history)))
@@ -341,6 +356,28 @@ impl BodyEstimate {
     fn __repr__(&self) -> String {
         format!("BodyEstimate(time_s={:.3}, ess={:.1})", self.0.time_s, self.0.ess)
     }
+}
+
+/// Distances `(H, W)` and points `(P, 2)` of a region.
+type RegionArgument<'py> = (PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, f64>);
+
+fn evidence(
+    edges: &PyReadonlyArray2<'_, u8>,
+    blobs: &PyReadonlyArray2<'_, f64>,
+    skin: Option<RegionArgument<'_>>,
+    foreground: Option<RegionArgument<'_>>,
+) -> PyResult<BodyEvidence> {
+    let region = |(distance, points): RegionArgument<'_>| -> PyResult<Region> {
+        let view = distance.as_array();
+        let (height, width) = view.dim();
+        Ok(Region::new(width, height, view.iter().copied().collect(), rows("points of a region", &points)?)?)
+    };
+    Ok(BodyEvidence {
+        edges: image(edges)?,
+        blobs: rows("blobs", blobs)?,
+        skin: skin.map(region).transpose()?,
+        foreground: foreground.map(region).transpose()?,
+    })
 }
 
 /// Edges `(H, W)`, any strides.
