@@ -111,8 +111,9 @@ class _Fixed(BodyMethod):
     unseen_distance_sd_m: float = 0.05
     unseen_lean_sd_rad: float = 0.17
     unseen_turn_sd_rad: float = 0.17
-    skin_loss: float = 20.0
-    foreground_loss: float = 20.0
+    base_turn_density: float = 0.2
+    skin_loss: float = 30.0
+    foreground_loss: float = 30.0
     edge_loss: float = 3.0
 
 

@@ -15,20 +15,19 @@ import numpy as np
 from pytracker._core import InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
 from pytracker.joint_track import Track
-from pytracker.methods import Ekf
+from pytracker.methods import Mixture
 from pytracker.recording import ArmRecording, Recording
-from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
+from pytracker.rotation import Array
+from pytracker.suspects import suspects
 from pytracker.track_arm import ArmTrack, track_arm
 from pytracker.track_body import BodyTrack
 
 __all__ = ["doubts", "unbelieved"]
 
-PROBE = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15)
+PROBE = Mixture(components=1)
 """Fast, and its log evidence is that of the data."""
 
-HEADINGS_DEG = (-90.0, -40.0, -20.0, -10.0, 10.0, 20.0, 40.0, 90.0)
-OFFSETS_S = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)
-
+LOST = -1e3
 SETTLED_S = 0.5
 """The first moments depend on the start more than on heading and clock."""
 
@@ -36,10 +35,16 @@ AT_MOST = 5.0
 """What one frame may add: a filter that is lost for a while must not decide."""
 
 LEAST_FRAMES = 100
-"""Fewer say too little of heading and clock."""
+"""Fewer say too little."""
 
-CERTAIN = 15.0
-"""Log evidence by which another setting must be better; right ones were beaten by 6 at most on 54 simulations."""
+MOST_FRAMES = 600
+"""More say no more than these, and take longer."""
+
+CERTAIN = 25.0
+"""Log evidence by which another description must be better."""
+
+AS_GOOD = 8.0
+"""Descriptions that are as good as the best but for this cannot be told from it."""
 
 FEW_UNSEEN = 0.2
 """Fewer frames without the patch are usual."""
@@ -57,8 +62,8 @@ LEAST_ON_PERSON = 0.6
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
-    An arm is tracked again by an extended Kalman filter with other headings and clocks of the IMU (some 0.1 s for a
-    recording of 20 s). A body's key joints should have foreground about them.
+    An arm is tracked again, by the mixture with one component, under other descriptions (`pytracker.suspects`): heading,
+    clock, mount, lengths, shoulder, camera. A body's key joints should have foreground about them.
     """
     if isinstance(track, ArmTrack):
         return _of_arm(track.recording, track.sightings, track.method.pixel_sd)
@@ -68,20 +73,25 @@ def doubts(track: Track) -> tuple[str, ...]:
 @functools.lru_cache(maxsize=1)  # several methods on one recording share it
 def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> tuple[str, ...]:
     probe = dataclasses.replace(PROBE, pixel_sd=pixel_sd)
-    base = _log_evidence(recording, sightings, probe, 0.0, 0.0)
-    settings = [*((h, 0.0) for h in HEADINGS_DEG), *((0.0, d) for d in OFFSETS_S)]
-    gains = [_gain(_log_evidence(recording, sightings, probe, *setting) - base) for setting in settings]
-    best = int(np.argmax(gains))
-    if gains[best] < CERTAIN:
+    sightings = _first(sightings)
+    base = _log_evidence(recording, sightings, probe)
+    tried = [(suspect, _gain(_log_evidence(suspect.change(recording), sightings, probe) - base)) for suspect in suspects()]
+    best, gain = max(tried, key=lambda found: found[1])
+    if gain < CERTAIN:
         return ()
-    heading_deg, offset_s = settings[best]
-    what = f"heading_deg turned by {heading_deg:+g}°" if heading_deg else f"offset_s changed by {offset_s:+g} s"
-    look = "heading_deg and mount" if heading_deg else "offset_s and start_s"
+    others = dict.fromkeys(s.kind for s, g in tried if g > gain - AS_GOOD and s.kind != best.kind)
+    alike = f"; {' or '.join(others)} may be it as well: these cannot be told apart here" if others else ""
     return (
-        f"{where_of(recording)}: camera and IMU agree better with {what} (log evidence "
-        f"+{gains[best]:.0f}, expected less than +{CERTAIN:g} of any change): check {look}, then the camera and the "
-        "arm's lengths",
+        f"{where_of(recording)}: camera and IMU agree better with {best.words} (log evidence "
+        f"+{gain:.0f}, expected less than +{CERTAIN:g} of any change): check {best.kind}{alike}",
     )
+
+
+def _first(sightings: Sightings) -> Sightings:
+    """The first frames in which the patch was seen, and all between them."""
+    if len(sightings.time_s) <= MOST_FRAMES:
+        return sightings
+    return Sightings(sightings.time_s[:MOST_FRAMES], sightings.pixels[:MOST_FRAMES], sightings.reasons[:MOST_FRAMES])
 
 
 def _gain(better: Array) -> float:
@@ -93,21 +103,21 @@ def _gain(better: Array) -> float:
     return sum(quarters) if sum(quarter > 0 for quarter in quarters) >= 3 else 0.0
 
 
-def _log_evidence(
-    recording: ArmRecording, sightings: Sightings, method: Ekf, heading_deg: float, offset_s: float
-) -> Array:
-    """Of every frame `(T,)`; NaN where there is none, or the filter was lost."""
-    imu = recording.imus[0]
-    turn = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.radians(heading_deg)]))
-    q = np.ascontiguousarray(multiply(turn, imu.q_world_sensor))
-    changed = dataclasses.replace(imu, q_world_sensor=q, time_s=imu.time_s + offset_s)
+def _log_evidence(recording: ArmRecording, sightings: Sightings, method: Mixture) -> Array:
+    """Of every frame `(T,)`; NaN where there is none, as bad as can be once the filter was lost."""
     found = np.full(len(sightings.time_s), np.nan)
     try:
-        track = track_arm(dataclasses.replace(recording, imus=(changed,)), method, sightings=sightings)
-    except (InputError, TrackingError):
+        track = track_arm(recording, method, sightings=sightings)
+    except InputError:
         return found
-    found[len(found) - len(track.time_s) :] = track.log_evidence
-    found[sightings.time_s < imu.time_s[0] + max(OFFSETS_S) + SETTLED_S] = np.nan
+    except TrackingError as error:
+        found[:] = LOST
+        if not hasattr(error, "track"):
+            return found
+        track = error.track
+    known = np.isfinite(track.log_evidence)
+    found[known] = track.log_evidence[known]
+    found[sightings.time_s < recording.imus[0].time_s[0] + SETTLED_S] = np.nan
     return found
 
 

@@ -222,6 +222,7 @@ class Mixture(ArmMethod):
     sphere twice there is a component for either.
 
     Attributes:
+        components: how many Gaussians are kept; with 1 it is an iterated extended Kalman filter.
         corrections: what corrects it besides the patch: `arm_length`; `rest`, no velocity while the IMU lies still.
         accel_growth: how `accel_density` grows with what the wrist accelerates by, per m/s².
         forearm_sd_rad: direction of the forearm beside the sensor's axis: skin and strap, rad.
@@ -234,6 +235,7 @@ class Mixture(ArmMethod):
     """
 
     corrections: tuple[str, ...] = ("arm_length",)
+    components: int = 12
     accel_density: float = 0.085
     arm_length_sd_m: float = 0.01
     bias: bool = True

@@ -5,7 +5,7 @@ use pytracker::Error;
 use pytracker::body::cues::{FixedScale, Look, Rescaled, Scene};
 use pytracker::body::edges::EdgeImage;
 use pytracker::body::{
-    BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Figure, Group, Part, Unseen, Weighing,
+    BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Figure, Group, Part, Regions, Unseen, Weighing,
 };
 use pytracker::filter::{Likelihood, Resampling};
 use pytracker::particles::ParticleSet;
@@ -159,7 +159,7 @@ fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
         // The left arm goes up by 0.6 rad in a second.
         let lift = 0.02 * f64::from(k);
         let hand = [118.0 + 61.0 * lift.cos(), 55.0 - 61.0 * lift.sin()];
-        let evidence = BodyEvidence { edges: blank(), blobs: vec![hand] };
+        let evidence = BodyEvidence { edges: blank(), blobs: vec![hand], skin: None, foreground: None };
         estimate = Some(tracker.update(f64::from(k) / 30.0, &evidence).unwrap());
     }
     let estimate = estimate.unwrap();
@@ -169,7 +169,7 @@ fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
     assert!(estimate.log_evidence.is_some());
     assert_eq!(estimate.blobs[1].map(|_| ()), Some(()));
     assert!(matches!(
-        tracker.update(0.5, &BodyEvidence { edges: blank(), blobs: vec![] }),
+        tracker.update(0.5, &BodyEvidence { edges: blank(), blobs: vec![], skin: None, foreground: None }),
         Err(Error::Late { what: "frame", .. })
     ));
 }
@@ -184,7 +184,7 @@ fn islands_are_filters_side_by_side() {
     };
     let (mut alone, mut three) = (with(1, 14).unwrap(), with(3, 40).unwrap());
     for k in 0..6 {
-        let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND] };
+        let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND], skin: None, foreground: None };
         alone.update(f64::from(k) / 30.0, &evidence).unwrap();
         let estimate = three.update(f64::from(k) / 30.0, &evidence).unwrap();
         assert!(estimate.log_evidence.is_some_and(f64::is_finite));
@@ -194,7 +194,7 @@ fn islands_are_filters_side_by_side() {
     assert_eq!((first.len(), all.len()), (14, 40));
     assert_eq!(first.rows(), all.rows()[..14 * first.dim()]);
     let mut again = BodyTracker::restore(&three.save().unwrap()).unwrap();
-    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND] };
+    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND], skin: None, foreground: None };
     assert_eq!(three.update(1.0, &evidence).unwrap(), again.update(1.0, &evidence).unwrap());
     assert!(matches!(with(0, 40), Err(Error::Parameter { name: "islands", .. })));
     assert!(matches!(with(41, 40), Err(Error::Parameter { name: "islands", .. })));
@@ -205,7 +205,7 @@ fn a_saved_tracker_goes_on_with_the_same_bits() {
     let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
     let weighing = Weighing::Rescaled { base: 100.0, alpha: 1.0, adapt: 0.0 };
     let mut tracker = BodyTracker::new(figure(&[0, 1, 8]), projection(), method(vec![layer], weighing), 5).unwrap();
-    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND] };
+    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND], skin: None, foreground: None };
     for k in 0..5 {
         tracker.update(f64::from(k) / 30.0, &evidence).unwrap();
     }

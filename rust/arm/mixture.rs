@@ -15,11 +15,12 @@ use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A component splits where the second order of the arm's length exceeds this share of its standard deviation.
+/// A component splits, into as many in all as are kept and as many again, where the second order of the arm's length exceeds this share of its standard deviation.
 const BENT: f64 = 0.2;
 /// Components while they are split, and after they have been merged.
-const MOST_SPLIT: usize = 25;
-const REDUCTION: Reduction = Reduction { most: 12, merge_within: 0.5, least_weight: 1e-4 };
+const SPLIT_TO: usize = 2;
+const MERGE_WITHIN: f64 = 0.5;
+const LEAST_WEIGHT: f64 = 1e-4;
 /// How often a measurement is linearised again.
 const TIMES: usize = 3;
 /// A sighting farther off than this (squared, in standard deviations) is trusted less, as a Student's t would.
@@ -34,6 +35,8 @@ pub struct ArmMixture {
     /// Whether the arm's length and rest are among what corrects it.
     is_held: bool,
     is_rested: bool,
+    /// Components that are kept.
+    most: usize,
     state: Mixture,
 }
 
@@ -49,12 +52,12 @@ struct Seen<'a> {
 }
 
 impl ArmMixture {
-    /// About the arm's start; `is_held` by the arm's length, `is_rested`: still while the IMU is.
-    pub fn new(arm: &Arm, noise: &Noise, is_held: bool, is_rested: bool) -> Self {
+    /// About the arm's start; at most `most` components: with one it is an iterated extended Kalman filter; `is_held` by the arm's length, `is_rested`: still while the IMU is.
+    pub fn new(arm: &Arm, noise: &Noise, is_held: bool, is_rested: bool, most: usize) -> Self {
         let layout = Layout::new(noise);
         let (mean, sd) = layout.start(arm, noise);
         let covariance = DMatrix::from_diagonal(&sd.component_mul(&sd));
-        Self { layout, is_held, is_rested, state: Mixture::new(Gaussian { mean, covariance }) }
+        Self { layout, is_held, is_rested, most, state: Mixture::new(Gaussian { mean, covariance }) }
     }
 
     /// Whether the arm's length holds it.
@@ -98,22 +101,19 @@ impl ArmMixture {
         self.predict(frame.worn.as_ref(), noise);
         let seen = Seen::new(self.layout, arm, noise, frame);
         let mut evidence = None;
-        let mut add = |found: Option<f64>| {
-            if let Some(found) = found {
-                *evidence.get_or_insert(0.0) += found;
-            }
-        };
         for sighting in &frame.sightings {
-            add(self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, covariance))?);
+            let found = self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, covariance))?;
+            // Of what was seen: a length that is known beforehand is no observation.
+            *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
         }
         if self.is_held {
-            self.state.split(MOST_SPLIT, |gaussian| seen.bent(gaussian));
-            add(self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(seen.length(state, covariance)))?);
+            self.state.split(SPLIT_TO * self.most + 1, |gaussian| seen.bent(gaussian));
+            self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(seen.length(state, covariance)))?;
         }
         if self.is_rested && frame.is_rest {
-            add(self.state.correct(frame.time_s, 1, |state, _| Ok(Some(seen.rest(state))))?);
+            self.state.correct(frame.time_s, 1, |state, _| Ok(Some(seen.rest(state))))?;
         }
-        self.state.reduce(&REDUCTION);
+        self.state.reduce(&Reduction { most: self.most, merge_within: MERGE_WITHIN, least_weight: LEAST_WEIGHT });
         Ok(self.summary(&seen, frame.time_s, evidence))
     }
 

@@ -11,6 +11,7 @@ use super::timeline::Timeline;
 use crate::filter::{Recorder, Resampling};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
+use crate::error::require;
 use crate::{Error, Result, saved};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -49,6 +50,8 @@ pub enum Method {
     Mixture {
         /// `ArmLength`, `Rest`.
         corrections: Vec<Correction>,
+        /// Components that are kept.
+        components: usize,
     },
 }
 
@@ -102,10 +105,11 @@ impl ArmTracker {
                 Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
             }
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
-            Method::Mixture { corrections } => {
+            Method::Mixture { corrections, components } => {
+                require((1..=100).contains(&components), "components", components as f64, "1 to 100")?;
                 let by = |correction| corrections.contains(&correction);
                 let (is_held, is_rested) = (by(Correction::ArmLength), by(Correction::Rest));
-                Filter::Mixture(ArmMixture::new(&arm, &noise, is_held, is_rested))
+                Filter::Mixture(ArmMixture::new(&arm, &noise, is_held, is_rested, components))
             }
         };
         let is_worn = matches!(filter, Filter::Mixture(_));

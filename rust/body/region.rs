@@ -43,6 +43,9 @@ struct Capsule {
 /// Half-width of a hand, m; and how much wider than its limb skin may be taken to be, m.
 const HAND_M: f64 = 0.05;
 const SLACK_M: f64 = 0.02;
+/// A limb off its mask counts this share of what a mask counts that no limb explains: hands are overlooked more often than seen
+/// where there are none.
+const OFF: f64 = 0.25;
 /// Where along a forearm, from elbow to wrist, and an upper arm, from shoulder to elbow, it is looked.
 const ON_FOREARM: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 const ON_UPPER_ARM: [f64; 3] = [0.4, 0.7, 1.0];
@@ -124,7 +127,7 @@ pub fn loss(
     if let Some(skin) = regions.0.filter(|skin| look.skin_loss > 0.0 && !arms.is_empty() && !skin.points.is_empty()) {
         let off: f64 = arms.iter().map(|group| off_skin(skin, seen, *group, look.bare, capped)).sum();
         let worn: Vec<Capsule> = skin_wearers(figure, seen, look.bare, px_per_m);
-        lost += look.skin_loss * (off / arms.len() as f64 + unexplained(&skin.points, &worn, capped, f64::INFINITY));
+        lost += look.skin_loss * (OFF * off / arms.len() as f64 + unexplained(&skin.points, &worn, capped, f64::INFINITY));
     }
     if let Some(foreground) = regions.1.filter(|mask| look.foreground_loss > 0.0 && !mask.points.is_empty()) {
         let off: f64 = arms.iter().map(|group| off_foreground(foreground, seen, *group, capped)).sum();
@@ -132,7 +135,7 @@ pub fn loss(
         // The model has no legs: what is below the hips says nothing.
         let lowest = seen[0].v;
         lost += look.foreground_loss
-            * (off / arms.len().max(1) as f64 + unexplained(&foreground.points, &limbs, capped, lowest));
+            * (OFF * off / arms.len().max(1) as f64 + unexplained(&foreground.points, &limbs, capped, lowest));
     }
     lost
 }

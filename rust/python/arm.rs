@@ -81,6 +81,7 @@ struct GaussianArgument {
 #[derive(FromPyObject)]
 struct MixtureArgument {
     corrections: Vec<String>,
+    components: usize,
     accel_growth: f64,
     forearm_sd_rad: f64,
     tilt_start_sd_rad: f64,
@@ -178,6 +179,7 @@ impl TryFrom<MethodArgument> for Method {
                 resampling: Resampling::new(Scheme::from_name(&p.resampling)?, p.ess_threshold)?,
             },
             MethodArgument::Mixture(m) => Self::Mixture {
+                components: m.components,
                 corrections: m.corrections.iter().map(|c| Correction::from_name(c)).collect::<Result<_>>()?,
             },
             MethodArgument::Gaussian(g) => Self::Gaussian {
