@@ -11,6 +11,7 @@ import numpy as np
 
 from pytracker._core import KEY_JOINTS, BodyEstimate, BodyTracker, TrackingError
 from pytracker.body_methods import BodyMethod
+from pytracker.evidence.borne_out import BorneOut
 from pytracker.evidence.sightings import Progress
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
 from pytracker.formats.video import frames
@@ -90,6 +91,7 @@ def track_body(
     times: list[float] = []
     lost = ""
     on_person: list[float] = []
+    borne_out = BorneOut(recording.view.camera)
     for frame_time_s, evidence in _ahead(recording, silhouette, stage_s):
         times.append(frame_time_s)
         if lost:
@@ -105,13 +107,17 @@ def track_body(
         except TrackingError as error:
             lost = f"frame {len(times) - 1}: {error}"
         stage_s["filter"] += time.perf_counter() - at
+        if not lost:
+            mean, _, sd, *_ = estimates[-1].joints
+            by_name = (dict(zip(KEY_JOINTS, rows, strict=True)) for rows in (mean, sd))
+            borne_out.look(frame_time_s, *by_name, evidence)
         if not lost and len(estimates) % LOOK_EVERY == 1:
             on_person.append(_share_on_person(recording, estimates[-1], evidence))
         if progress is not None and len(times) % 30 == 0:
             progress("track", len(times))
     if not estimates:
         raise TrackingError(lost)
-    track = _assemble(recording, method, seed, tracker, np.array(times), estimates, on_person, stage_s, lost)
+    track = _assemble(recording, method, seed, tracker, np.array(times), estimates, on_person, borne_out, stage_s, lost)
     if lost:
         loss = TrackingError(lost)
         loss.track = track
@@ -159,6 +165,7 @@ def _assemble(
     time_s: Array,
     estimates: list[BodyEstimate],
     on_person: list[float],
+    borne_out: BorneOut,
     stage_s: dict[str, float],
     lost: str,
 ) -> BodyTrack:
@@ -175,7 +182,11 @@ def _assemble(
     blobs = rows(np.array([estimate.blobs for estimate in estimates]))
     evidence = [np.nan if estimate.log_evidence is None else estimate.log_evidence for estimate in estimates]
     seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)))
-    reason = ["" if any_blob else "no skin blob" for any_blob in seen]
+    # A paper's filter sees blobs and nothing else of the skin.
+    needs_blobs = getattr(method, "skin_loss", 0.0) == 0.0
+    reason = ["no skin blob" if needs_blobs and not any_blob else "" for any_blob in seen]
+    for k, words in enumerate(borne_out.reasons()):
+        reason[k] = words or reason[k]
     reason[len(estimates) :] = ["the track was lost before"] * (frames_count - len(estimates))
     return BodyTrack(
         method=method,
