@@ -4,9 +4,10 @@ VENV := .venv
 BIN := $(VENV)/bin
 RUST := Cargo.toml Cargo.lock pyproject.toml $(shell find rust -name '*.rs')
 export CARGO_INCREMENTAL ?= 0
+FUZZ ?= 1000000
 
 .DEFAULT_GOAL := help
-.PHONY: help demo reproduce test acceptance lint format bench bench-peers doc clean
+.PHONY: help demo reproduce test acceptance fuzz faults lint format bench bench-peers doc clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -30,6 +31,12 @@ test: $(VENV)/.installed ## Run every test, Rust and Python
 
 acceptance: $(VENV)/.installed ## The same, failing where the shared data is absent
 	PYTRACKER_ACCEPTANCE=1 $(BIN)/python -m pytest
+
+fuzz: $(VENV)/.installed ## Mutated files and absurd calls by the million (FUZZ=1000000): only our own errors
+	$(BIN)/python tests/fuzz.py $(FUZZ)
+
+faults: $(VENV)/.installed ## One thing wrong at a time: what is told, what is harmless, what is silent, into docs/faults.md
+	$(BIN)/python tests/faults.py docs/faults.md
 
 lint: $(VENV)/.installed ## Formatting, clippy, ruff, mypy, stubtest, documentation
 	cargo fmt --check

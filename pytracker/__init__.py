@@ -18,10 +18,11 @@ from __future__ import annotations
 import signal as _signal
 import sys as _sys
 
-if _sys.orig_argv[1:3] == ["-m", "pytracker"] or _sys.argv[:1] and _sys.argv[0].endswith(("/pytracker", "\\pytracker")):
+if (
+    _sys.orig_argv[1:3] == ["-m", "pytracker"] or "".join(_sys.argv[:1]).endswith(("/pytracker", "\\pytracker"))
+) and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
     # The command line: until `pytracker.cli` takes over, Ctrl-C ends it without a traceback of half an import.
-    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
-        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
 from pytracker._core import (
     KEY_JOINTS,

@@ -46,7 +46,8 @@ class BodyMethod(Method):
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
         unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
         unseen_turn_sd_rad: of its turn about its long axis; likewise.
-        skin_loss: log-likelihood lost by hands and bare forearms that lie off the skin, and as much by skin that neither head
+        skin_loss: log-likelihood lost by hands and bare forearms that lie off the skin, and as much by skin that
+            neither head
             nor arm wears (fixed scale; the paper has blobs only: 0).
         foreground_loss: the same of limbs and the foreground above the hips.
         region_reach_m: farther off than this is as bad as any, m.

@@ -171,9 +171,7 @@ def _body(recording: BodyRecording, method: BodyMethod, seed: int, frame: int, p
         evidence, time_s = silhouette(found.image), found.time_s + recording.view.start_s
         if found.index == frame:
             break
-        tracker.update(
-            time_s, evidence.edges, evidence.blobs, evidence.skin_region, evidence.foreground_region
-        )
+        tracker.update(time_s, evidence.edges, evidence.blobs, evidence.skin_region, evidence.foreground_region)
         if progress is not None and found.index % 30 == 0:
             progress("track", found.index)
     else:

@@ -62,7 +62,8 @@ LEAST_ON_PERSON = 0.6
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
-    An arm is tracked again, by the mixture with one component, under other descriptions (`pytracker.suspects`): heading,
+    An arm is tracked again, by the mixture with one component, under other descriptions (`pytracker.suspects`):
+    heading,
     clock, mount, lengths, shoulder, camera. A body's key joints should have foreground about them.
     """
     if isinstance(track, ArmTrack):
@@ -75,7 +76,9 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
     probe = dataclasses.replace(PROBE, pixel_sd=pixel_sd)
     sightings = _first(sightings)
     base = _log_evidence(recording, sightings, probe)
-    tried = [(suspect, _gain(_log_evidence(suspect.change(recording), sightings, probe) - base)) for suspect in suspects()]
+    tried = [
+        (suspect, _gain(_log_evidence(suspect.change(recording), sightings, probe) - base)) for suspect in suspects()
+    ]
     best, gain = max(tried, key=lambda found: found[1])
     if gain < CERTAIN:
         return ()
@@ -106,6 +109,7 @@ def _gain(better: Array) -> float:
 def _log_evidence(recording: ArmRecording, sightings: Sightings, method: Mixture) -> Array:
     """Of every frame `(T,)`; NaN where there is none, as bad as can be once the filter was lost."""
     found = np.full(len(sightings.time_s), np.nan)
+    track: Track
     try:
         track = track_arm(recording, method, sightings=sightings)
     except InputError:
@@ -122,7 +126,10 @@ def _log_evidence(recording: ArmRecording, sightings: Sightings, method: Mixture
 
 
 def unbelieved(track: Track) -> tuple[str, ...]:
-    """A sentence where frames are not to be believed, with the reasons; empty where all are, or a few were only not seen."""
+    """A sentence where frames are not to be believed, with the reasons.
+
+    Empty where all are, or a few were only not seen.
+    """
     counts = Counter(words for reason in track.reason if reason for words in reason.split("; "))
     bad = int((~track.valid).sum())
     if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in IMPLAUSIBLE)):

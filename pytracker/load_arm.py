@@ -180,7 +180,10 @@ def _truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[
 
 
 def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list[str]:
-    """Rows where a marker is far from where it usually is are gaps, not truth; returns a word on each joint that has some."""
+    """Rows where a marker is far from where it usually is are gaps, not truth.
+
+    Returns a word on each joint that has some.
+    """
     warnings = []
     reach = arm.upper_arm_m + arm.forearm_m
     for joint, points in joints.items():
@@ -191,8 +194,10 @@ def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list
             continue
         first = int(np.argmax(stray))
         warnings.append(
-            f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, expected within "
-            f"{STRAY * reach:.1f} m of its usual place; {int(stray.sum())} of {len(points)} rows are such and are left out"
+            f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, "
+            "expected within "
+            f"{STRAY * reach:.1f} m of its usual place; {int(stray.sum())} of {len(points)} rows are such and "
+            "are left out"
         )
         joints[joint] = np.where(stray[:, None], np.nan, points)
     return warnings

@@ -1,6 +1,7 @@
 """What the user chooses: how a recording is tracked. Frozen, validated, every parameter with its unit.
 
-Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstraint`, `Joint`, and `Mixture`. A method differs
+Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstraint`, `Joint`, and `Mixture`. A method
+differs
 from another in its list of layers (particles) or of corrections (Gaussian), and in nothing else.
 """
 

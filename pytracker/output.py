@@ -1,6 +1,7 @@
 """Output files and folders appear whole or not at all: written beside, then renamed.
 
-A folder that is written here holds a list of its files with their digests (`MADE_HERE`). Only what is on it, and is still
+A folder that is written here holds a list of its files with their digests (`MADE_HERE`). Only what is on it, and is
+still
 what was written, is ever deleted. A killed process leaves hidden folders; the next one that writes there sweeps them.
 """
 
@@ -78,7 +79,8 @@ def _is_replaceable(folder: Path) -> bool:
 def whole_folder(target: Path, *, force: bool = False, is_recording: bool = False) -> Iterator[Path]:
     """A new folder to write into, which becomes `target` when the block ends well.
 
-    A killed run leaves nothing under the final name, or the old result whole. Raises `InputError` as `check_target`; where
+    A killed run leaves nothing under the final name, or the old result whole. Raises `InputError` as `check_target`;
+    where
     something has appeared under the final name meanwhile that may not be replaced, it stays, and the message says
     where the new result is.
     """

@@ -1,12 +1,14 @@
 """What may be wrong with the description of an arm's recording: each suspect as a change that would put it right.
 
-A heading, a clock, a camera or a length that is off gives a track that is off, as sure of itself as any other. But the data fit worse:
+A heading, a clock, a camera or a length that is off gives a track that is off, as sure of itself as any other. But
+the data fit worse:
 a recording that is described rightly is explained better. Each suspect is tried in a few strengths.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -45,31 +47,38 @@ class Suspect:
 
 def suspects() -> Iterator[Suspect]:
     """All of them, in all strengths."""
+    yield from _of_imu()
+    yield from _of_arm()
+    yield from _of_camera()
+
+
+def _of_imu() -> Iterator[Suspect]:
     for degrees in HEADINGS_DEG:
         yield Suspect("heading_deg", f"heading_deg turned by {degrees:+g}°", _turned_world([0.0, 0.0, degrees]))
     for seconds in OFFSETS_S:
         yield Suspect("offset_s", f"offset_s changed by {seconds:+g} s", _imu(_later(seconds)))
-    for axis, name in enumerate("xyz"):
-        for degrees in MOUNTS_DEG:
-            turn = degrees * np.eye(3)[axis]
-            yield Suspect("mount", f"mount turned by {degrees:+g}° about the sensor's {name}", _imu(_mounted(turn)))
-    for axis, name in enumerate("xy"):
-        for degrees in TILTS_DEG:
-            words = f"the orientation tilted by {degrees:+g}° about {name}"
-            yield Suspect("orientation", words, _turned_world(degrees * np.eye(3)[axis]))
-    for name in ("upper_arm_m", "forearm_m"):
-        for factor in LENGTHS:
-            yield Suspect(name, f"{name} times {factor:g}", _arm(_longer(name, factor)))
-    for axis, name in enumerate("xyz"):
-        for metres in SHOULDER_M:
-            words = f"shoulder_m moved by {100 * metres:+g} cm along {name}"
-            yield Suspect("shoulder_m", words, _arm(_moved_shoulder(metres * np.eye(3)[axis])))
+    for (axis, name), degrees in itertools.product(enumerate("xyz"), MOUNTS_DEG):
+        words = f"mount turned by {degrees:+g}° about the sensor's {name}"
+        yield Suspect("mount", words, _imu(_mounted(degrees * np.eye(3)[axis])))
+    for (axis, name), degrees in itertools.product(enumerate("xy"), TILTS_DEG):
+        words = f"the orientation tilted by {degrees:+g}° about {name}"
+        yield Suspect("orientation", words, _turned_world(degrees * np.eye(3)[axis]))
+
+
+def _of_arm() -> Iterator[Suspect]:
+    for name, factor in itertools.product(("upper_arm_m", "forearm_m"), LENGTHS):
+        yield Suspect(name, f"{name} times {factor:g}", _arm(_longer(name, factor)))
+    for (axis, name), metres in itertools.product(enumerate("xyz"), SHOULDER_M):
+        words = f"shoulder_m moved by {100 * metres:+g} cm along {name}"
+        yield Suspect("shoulder_m", words, _arm(_moved_shoulder(metres * np.eye(3)[axis])))
+
+
+def _of_camera() -> Iterator[Suspect]:
     for factor in FOCALS:
         yield Suspect("focal length", f"the focal length times {factor:g}", _cameras(_focal(factor)))
-    for axis, name in enumerate(("pitch", "pan", "roll")):
-        for degrees in TURNS_DEG:
-            words = f"the camera turned by {degrees:+g}° ({name})"
-            yield Suspect(f"camera's {name}", words, _cameras(_turned(degrees * np.eye(3)[axis])))
+    for (axis, name), degrees in itertools.product(enumerate(("pitch", "pan", "roll")), TURNS_DEG):
+        words = f"the camera turned by {degrees:+g}° ({name})"
+        yield Suspect(f"camera's {name}", words, _cameras(_turned(degrees * np.eye(3)[axis])))
     for metres in DISTANCES_M:
         words = f"the camera {abs(100 * metres):g} cm {'farther' if metres > 0 else 'nearer'}"
         yield Suspect("camera's distance", words, _cameras(_farther(metres)))
@@ -99,7 +108,8 @@ def _turned_world(degrees: Array | list[float]) -> Callable[[ArmRecording], ArmR
     turn = _quaternion(degrees)
     return _imu(
         lambda imu: dataclasses.replace(
-            imu, q_world_sensor=np.ascontiguousarray(multiply(np.broadcast_to(turn, (len(imu.acc), 4)), imu.q_world_sensor))
+            imu,
+            q_world_sensor=np.ascontiguousarray(multiply(np.broadcast_to(turn, (len(imu.acc), 4)), imu.q_world_sensor)),
         )
     )
 

@@ -38,7 +38,10 @@ def parse_toml(path: Path) -> dict[str, Any]:
     """What is in the file. Raises `InputError` where it is no TOML, or nothing that can be read."""
     try:
         return tomllib.loads(path.read_text("utf-8-sig"))
-    except (ValueError, RecursionError) as error:  # no TOML, no text, a number of thousands of digits, brackets too deep
+    except (
+        ValueError,
+        RecursionError,
+    ) as error:  # no TOML, no text, a number of thousands of digits, brackets too deep
         raise InputError(f"{path}: is not TOML: {error or type(error).__name__}") from None
 
 

@@ -132,8 +132,8 @@ def _assemble(
     reason = list(sightings.reasons)
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (frames - end)
-    for frame, doubt in enumerate(table["doubt"], start=first):
-        reason[frame] = "; ".join(words for words in (doubt, reason[frame]) if words)
+    for row, doubt in enumerate(table["doubt"], start=first):
+        reason[row] = "; ".join(words for words in (doubt, reason[row]) if words)
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
     for frame in np.flatnonzero(since > max(method.hold_s, 1.5 * float(np.median(np.diff(imu_time_s))))):

@@ -109,8 +109,8 @@ def track_body(
         stage_s["filter"] += time.perf_counter() - at
         if not lost:
             mean, _, sd, *_ = estimates[-1].joints
-            by_name = (dict(zip(KEY_JOINTS, rows, strict=True)) for rows in (mean, sd))
-            borne_out.look(frame_time_s, *by_name, evidence)
+            means, sds = (dict(zip(KEY_JOINTS, rows, strict=True)) for rows in (mean, sd))
+            borne_out.look(frame_time_s, means, sds, evidence)
         if not lost and len(estimates) % LOOK_EVERY == 1:
             on_person.append(_share_on_person(recording, estimates[-1], evidence))
         if progress is not None and len(times) % 30 == 0:

@@ -5,11 +5,11 @@
 //! owner of a random stream. Sums run inside a block, then over blocks in order, so that they do not depend
 //! on the number of threads.
 
+use crate::Result;
+use crate::error::{require, room};
 use crate::resample::{Ancestors, Scheme};
 use crate::rng::{BLOCK, Streams};
 use crate::sums::dot;
-use crate::error::{require, room};
-use crate::Result;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

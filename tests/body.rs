@@ -69,7 +69,7 @@ fn blank() -> EdgeImage {
 }
 
 fn look() -> Look {
-    Look { groups: ALL.to_vec(), blob_sd_m: 0.05, blob_reach: 4.0, limits: false, penetration: false }
+    Look { groups: ALL.to_vec(), blob_sd_m: 0.05, blob_reach: 4.0, regions: None, limits: false, penetration: false }
 }
 
 /// Left hand at 0.18 + 0.3 + 0.25 + 0.06 m, 0.45 m up.
@@ -80,7 +80,7 @@ fn rescaled_distances_lie_between_nothing_and_one() {
     let figure = figure(&[8]);
     let projection = projection();
     let edges = blank();
-    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None] };
+    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None], regions: (None, None) };
     let set = ParticleSet::from_rows(1, &[0.0, 0.1, 0.4]).unwrap();
     let rescaled = |alpha, adapt| Rescaled { scene, look: look(), base: 1000.0, alpha, adapt };
     let mut out = vec![0.0; 3];
@@ -102,7 +102,7 @@ fn rescaled_distances_lie_between_nothing_and_one() {
 fn a_fixed_scale_is_in_standard_deviations_and_ends() {
     let figure = figure(&[0]);
     let (projection, edges) = (projection(), blank());
-    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None] };
+    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None], regions: (None, None) };
     let fixed = FixedScale { scene, look: look(), edge_loss: 2.0, sharpness: 1.0, is_evidence: true };
     let set = ParticleSet::from_rows(1, &[0.0, 0.05, 0.10, 5.0]).unwrap();
     let mut out = vec![0.0; 4];
@@ -117,7 +117,7 @@ fn a_fixed_scale_is_in_standard_deviations_and_ends() {
 fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
     let figure = figure(&[7, 8, 9]);
     let (projection, edges) = (projection(), blank());
-    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3] };
+    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3], regions: (None, None) };
     let loss = |limits, penetration, row: [f64; 3]| {
         let set = ParticleSet::from_rows(3, &row).unwrap();
         scene.distances(&set, &Look { limits, penetration, ..look() })[0].body_loss

@@ -1,13 +1,14 @@
 """What happens when one thing of a recording is wrong: told before, told after, harmless, or silent. `make faults`.
 
-Thirty kinds of fault in IMU, video, camera, patch, arm and truth, at three strengths each, one at a time, on three arms: a simulated
-circle, simulated gestures as bad as life, and a recording by another renderer where the shared data are. Then right recordings, of
+Thirty kinds of fault in IMU, video, camera, patch, arm and truth, at three strengths each, one at a time, on three
+arms: a simulated
+circle, simulated gestures as bad as life, and a recording by another renderer where the shared data are. Then right
+recordings, of
 which nothing may be said. Writes the table as Markdown.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import re
 import shutil
 import sys
@@ -175,18 +176,29 @@ def truth_cell(metres: float) -> Change:
 
 def faults() -> Iterator[Fault]:
     """All of them."""
-    def each(where: str, kind: str, make: Callable[[float], Change], values: tuple[float, ...], **more: bool) -> Iterator[Fault]:
+
+    def each(
+        where: str, kind: str, make: Callable[[float], Change], values: tuple[float, ...], **more: bool
+    ) -> Iterator[Fault]:
         for value in values:
             yield Fault(where, kind, f"{value:g}", make(value), **more)
 
     yield from each("IMU", "accelerometer scaled by", lambda x: on(ACC, lambda a, _: x * a), (0.9, 1.05, 1.1))
-    yield from each("IMU", "accelerometer biased, m/s²", lambda x: on(ACC, lambda a, _: a + [x, 0, 0]), (0.3, 1, 3))
-    yield from each("IMU", "accelerometer axis flipped", lambda x: on(ACC, lambda a, _: a * (1 - 2 * np.eye(3)[int(x)])), (0, 1, 2))
-    yield from each("IMU", "accelerometer noise, m/s²", lambda x: on(ACC, lambda a, g: a + g.normal(0, x, a.shape)), (0.2, 1, 3))
+    yield from each(
+        "IMU", "accelerometer biased, m/s²", lambda x: on(ACC, lambda a, _: a + np.array([x, 0, 0])), (0.3, 1, 3)
+    )
+    yield from each(
+        "IMU", "accelerometer axis flipped", lambda x: on(ACC, lambda a, _: a * (1 - 2 * np.eye(3)[int(x)])), (0, 1, 2)
+    )
+    yield from each(
+        "IMU", "accelerometer noise, m/s²", lambda x: on(ACC, lambda a, g: a + g.normal(0, x, a.shape)), (0.2, 1, 3)
+    )
     yield from each("IMU", "acceleration late, s", late, (0.05, 0.2, 0.4))
     yield from each("IMU", "one reading, m/s²", cell, (50, -200, 1000))
     yield from each("IMU", "gyroscope times", lambda x: on(GYR, lambda g, _: x * g), (0.5, 2, 57.3))
-    yield from each("IMU", "gyroscope noise, rad/s", lambda x: on(GYR, lambda g, r: g + r.normal(0, x, g.shape)), (0.1, 0.5, 2))
+    yield from each(
+        "IMU", "gyroscope noise, rad/s", lambda x: on(GYR, lambda g, r: g + r.normal(0, x, g.shape)), (0.1, 0.5, 2)
+    )
     yield from each("IMU", "gyroscope axis frozen, s", frozen, (0.5, 2, 5))
     yield from each("IMU", "orientation tilted, °", lambda x: turned(x, 0), (3, 10, 20))
     yield from each("IMU", "heading, °", lambda x: turned(x, 2), (7, 20, 90))
@@ -199,15 +211,45 @@ def faults() -> Iterator[Fault]:
     yield from each("camera", "pitched, °", lambda x: camera_turned(x, 0), (1, 2, 5))
     yield from each("camera", "panned, °", lambda x: camera_turned(x, 1), (1, 2, 5))
     yield from each("camera", "rolled, °", lambda x: camera_turned(x, 2), (2, 5, 15))
-    yield from each("camera", "farther, m", lambda x: entry("translation_m", lambda t: t + [0, 0, x]), (0.05, 0.2, 0.5))
-    yield from each("camera", "centre of the picture, px", lambda x: entry("matrix", lambda m: m + x * np.array([[0, 0, 1], [0] * 3, [0] * 3])), (10, 30, 80))
-    yield from each("patch", "box beside the patch, px", lambda x: entry("patch_box", lambda b: b + [x, 0, 0, 0]), (6, 15, 30), same_video=False)
-    yield from each("patch", "offset, m", lambda x: entry("patch_offset_m", lambda o: o + [x, 0, 0]), (0.01, 0.03, 0.06))
+    yield from each(
+        "camera", "farther, m", lambda x: entry("translation_m", lambda t: t + np.array([0, 0, x])), (0.05, 0.2, 0.5)
+    )
+    yield from each(
+        "camera",
+        "centre of the picture, px",
+        lambda x: entry("matrix", lambda m: m + x * np.array([[0, 0, 1], [0] * 3, [0] * 3])),
+        (10, 30, 80),
+    )
+    yield from each(
+        "patch",
+        "box beside the patch, px",
+        lambda x: entry("patch_box", lambda b: b + np.array([x, 0, 0, 0])),
+        (6, 15, 30),
+        same_video=False,
+    )
+    yield from each(
+        "patch", "offset, m", lambda x: entry("patch_offset_m", lambda o: o + np.array([x, 0, 0])), (0.01, 0.03, 0.06)
+    )
     yield from each("arm", "upper arm times", lambda x: entry("upper_arm_m", lambda v: v * x), (0.95, 1.1, 1.2))
     yield from each("arm", "forearm times", lambda x: entry("forearm_m", lambda v: v * x), (0.95, 1.1, 1.2))
-    yield from each("arm", "shoulder along x, m", lambda x: entry("shoulder_m", lambda v: v + [x, 0, 0]), (0.05, 0.1, 0.25))
-    yield from each("arm", "shoulder along y, m", lambda x: entry("shoulder_m", lambda v: v + [0, x, 0]), (0.05, 0.1, 0.25))
-    yield from each("arm", "first wrist along y, m", lambda x: entry("wrist_start_m", lambda v: v + [0, x, 0]), (0.03, 0.08, 0.2))
+    yield from each(
+        "arm",
+        "shoulder along x, m",
+        lambda x: entry("shoulder_m", lambda v: v + np.array([x, 0, 0])),
+        (0.05, 0.1, 0.25),
+    )
+    yield from each(
+        "arm",
+        "shoulder along y, m",
+        lambda x: entry("shoulder_m", lambda v: v + np.array([0, x, 0])),
+        (0.05, 0.1, 0.25),
+    )
+    yield from each(
+        "arm",
+        "first wrist along y, m",
+        lambda x: entry("wrist_start_m", lambda v: v + np.array([0, x, 0])),
+        (0.03, 0.08, 0.2),
+    )
     yield from each("truth", "one cell, m", truth_cell, (3, 30, 1000))
 
 
@@ -233,20 +275,27 @@ def recordings(scratch: Path) -> dict[str, Path]:
     """The arms that faults are tried on."""
     found = {
         "circle": pt.simulate_arm(scratch / "circle", pt.ArmScene(patch_offset_m=(0.0, 0.0, 0.0)), 41),
-        "gestures, worn": pt.simulate_arm(scratch / "gesture", pt.ArmScene(pattern="gesture", period_s=2.5, worn=True), 42),
+        "gestures, worn": pt.simulate_arm(
+            scratch / "gesture", pt.ArmScene(pattern="gesture", period_s=2.5, worn=True), 42
+        ),
     }
     if SHARED.exists():
         folder = shutil.copytree(SHARED, scratch / "shared")
         text = (folder / "recording.toml").read_text("utf-8")
         # The same keys as a simulated folder has.
-        (folder / "recording.toml").write_text(text.replace("patch_box", "patch_offset_m = [0.0, 0.0, 0.0]\npatch_box", 1))
+        (folder / "recording.toml").write_text(
+            text.replace("patch_box", "patch_offset_m = [0.0, 0.0, 0.0]\npatch_box", 1)
+        )
         for path in folder.iterdir():
             path.chmod(0o644)
         found["another renderer"] = folder
     return found
 
 
-def of_recording(name: str, folder: Path) -> tuple[float, list[tuple[Fault, str, float, float, str]]]:
+Row = tuple[tuple[str, str, str], str, float, float, str]
+
+
+def of_recording(name: str, folder: Path) -> tuple[float, list[Row]]:
     """Every fault on one recording; first the error of the right one."""
     right = pt.load(folder)
     assert isinstance(right, pt.ArmRecording)
@@ -262,7 +311,7 @@ def of_recording(name: str, folder: Path) -> tuple[float, list[tuple[Fault, str,
         verdict, rms, coverage, words = judged(spoilt, sightings if fault.same_video else None)
         if not verdict:
             verdict = "harmless" if rms <= HARMLESS * error + SLACK_M else "silent"
-        rows.append((fault, verdict, rms, coverage, words))
+        rows.append(((fault.where, fault.kind, fault.strength), verdict, rms, coverage, words))
         shutil.rmtree(spoilt)
     return error, rows
 
@@ -288,9 +337,12 @@ def main(out: Path) -> int:
     lines = [
         "# One thing wrong at a time",
         "",
-        "Made by `make faults`, with the default method. *told before*: an error or a warning of the recording; *told after*: frames "
-        "that are not valid, a track that is lost, or a doubt; *harmless*: nothing is said, and the wrist is off by at most 1.2 times the "
-        "right recording's error and 1 cm; *silent*: nothing is said. Behind the verdict: 3-D RMS of the wrist in cm, least share of "
+        "Made by `make faults`, with the default method. *told before*: an error or a warning of the "
+        "recording; *told after*: frames "
+        "that are not valid, a track that is lost, or a doubt; *harmless*: nothing is said, and the wrist is "
+        "off by at most 1.2 times the "
+        "right recording's error and 1 cm; *silent*: nothing is said. Behind the verdict: 3-D RMS of the "
+        "wrist in cm, least share of "
         "frames whose band holds the truth on an axis.",
         "",
     ]
@@ -298,7 +350,9 @@ def main(out: Path) -> int:
     with tempfile.TemporaryDirectory() as scratch, ProcessPoolExecutor() as pool:
         arms = recordings(Path(scratch))
         found = dict(zip(arms, pool.map(of_recording, arms, arms.values()), strict=True))
-        lines += ["| where | what | strength | " + " | ".join(f"{n} ({100 * e:.1f} cm)" for n, (e, _) in found.items()) + " |"]
+        lines += [
+            "| where | what | strength | " + " | ".join(f"{n} ({100 * e:.1f} cm)" for n, (e, _) in found.items()) + " |"
+        ]
         lines += ["|---|---|---|" + "---|" * len(found)]
         counts: dict[str, int] = {}
         for rows in zip(*(rows for _, rows in found.values()), strict=True):
@@ -309,7 +363,7 @@ def main(out: Path) -> int:
                 bad += is_bad
                 numbers = "" if np.isnan(rms) else f" ({100 * rms:.1f}, {100 * coverage:.0f} %)"
                 cells.append(("**" if is_bad else "") + verdict + numbers + ("**" if is_bad else ""))
-            lines.append(f"| {rows[0][0].where} | {rows[0][0].kind} | {rows[0][0].strength} | " + " | ".join(cells) + " |")
+            lines.append(f"| {' | '.join(rows[0][0])} | {' | '.join(cells)} |")
         alarms = [words for words in pool.map(said_of_right, range(201, 261)) if words]
     lines += ["", "Together: " + ", ".join(f"{n} {verdict}" for verdict, n in sorted(counts.items())) + "."]
     lines += [f"Silent and worse than 10 cm, or with bands that hold the truth in under 70 %: {bad} (in bold)."]

@@ -262,7 +262,7 @@ def test_truth_keeps_its_frames_times_and_says_what_it_does_not_cover(folder: Pa
 
 def test_a_lost_track_keeps_the_frames_before(body: pt.BodyRecording, monkeypatch: pytest.MonkeyPatch) -> None:
     class Loses:
-        def __init__(self, tracker: pt.BodyTracker) -> None:
+        def __init__(self, tracker: Any) -> None:
             self.tracker, self.frames = tracker, 0
 
         def __getattr__(self, name: str) -> object:
@@ -272,7 +272,8 @@ def test_a_lost_track_keeps_the_frames_before(body: pt.BodyRecording, monkeypatc
             self.frames += 1
             if self.frames > 20:
                 raise pt.TrackingError("all 50 particle weights are zero at 0.67 s (layer 0)")
-            return self.tracker.update(*arguments, threads=threads)
+            estimate: pt.BodyEstimate = self.tracker.update(*arguments, threads=threads)
+            return estimate
 
     make = track_body.make_tracker
     monkeypatch.setattr(track_body, "make_tracker", lambda *arguments: Loses(make(*arguments)))
@@ -287,8 +288,9 @@ def test_a_lost_track_keeps_the_frames_before(body: pt.BodyRecording, monkeypatc
 @pytest.mark.parametrize("name", ["joint_density", "base_density", "unseen_lean_sd_rad", "gate_m", "blob_sd_m"])
 def test_numbers_beyond_any_body_are_refused(body: pt.BodyRecording, name: str) -> None:
     for value in (1e308, -1.0, float("nan")):
+        values: dict[str, Any] = {"particles": 50, name: value}
         with pytest.raises(pt.InputError, match=f"{name} is "):
-            pt.track(body, pt.Partitioned(particles=50, **{name: value}), 1)
+            pt.track(body, pt.Partitioned(**values), 1)
 
 
 def test_a_recording_is_never_replaced_by_a_report(folder: Path) -> None:

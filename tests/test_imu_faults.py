@@ -35,7 +35,9 @@ def told(tmp_path: Path, table: Array, header: str = HEADER) -> str:
         return f"refused: {error}"
 
 
-@pytest.mark.parametrize(("column", "value"), [(1, 1000.0), (2, -1000.0), (3, -200.0), (1, 50.0), (5, 60.0), (6, -300.0)])
+@pytest.mark.parametrize(
+    ("column", "value"), [(1, 1000.0), (2, -1000.0), (3, -200.0), (1, 50.0), (5, 60.0), (6, -300.0)]
+)
 def test_one_corrupt_reading_is_left_out_and_said(tmp_path: Path, arm: Array, column: int, value: float) -> None:
     table = arm.copy()
     table[700, column] = value
@@ -56,7 +58,9 @@ def test_one_cell_without_a_number_is_left_out_and_said(tmp_path: Path, arm: Arr
     assert len(log.time_s) == 2000
     for row in rows[500:600]:
         row[2] = text
-    with pytest.raises(pt.InputError, match=r"imu\.csv:502: acc is .*, expected finite numbers \(101 of 2001 samples\)"):
+    with pytest.raises(
+        pt.InputError, match=r"imu\.csv:502: acc is .*, expected finite numbers \(101 of 2001 samples\)"
+    ):
         load(write(tmp_path / "imu.csv", rows))
 
 
@@ -109,7 +113,7 @@ def still_at_first(table: Array) -> Array:
 FAULTS: dict[str, tuple[Callable[[Array], Array], str]] = {
     "scale 0.9": (changed(ACC, lambda a: 0.9 * a), "at rest"),
     "scale 1.1": (changed(ACC, lambda a: 1.1 * a), "at rest"),
-    "bias": (changed(ACC, lambda a: a + [1.0, 0.0, 0.0]), "beside gravity"),
+    "bias": (changed(ACC, lambda a: a + np.array([1.0, 0.0, 0.0])), "beside gravity"),
     "flipped": (changed(ACC, lambda a: a * [1.0, -1.0, 1.0]), "expected about (0, 0, 9.81)"),
     "tilt 15": (lambda t: turned(t, 15.0), "expected about (0, 0, 9.81)"),
     "tilt 20": (lambda t: turned(t, -20.0), "expected about (0, 0, 9.81)"),
@@ -202,7 +206,13 @@ def fast(table: Array) -> Array:
 
 @pytest.mark.parametrize(
     "change",
-    [settles, fast, in_long_bursts, lambda t: t[::10], changed(GYR, lambda g: g + [0.0, np.radians(20.0), 0.0])],
+    [
+        settles,
+        fast,
+        in_long_bursts,
+        lambda t: t[::10],
+        changed(GYR, lambda g: g + np.array([0.0, np.radians(20.0), 0.0])),
+    ],
     ids=["settles", "fast", "long bursts", "10 Hz", "gyroscope biased by 20°/s"],
 )
 def test_what_is_usual_is_not_refused(tmp_path: Path, arm: Array, change: Callable[[Array], Array]) -> None:
@@ -220,7 +230,9 @@ def test_bursts_without_orientation_need_no_memory(tmp_path: Path, arm: Array) -
 def test_a_log_whose_line_ends_are_lost_is_named_at_once(tmp_path: Path, arm: Array) -> None:
     path = write(tmp_path / "imu.csv", np.repeat(arm, 4, axis=0).tolist())
     path.write_text(path.read_text().replace("\n", ","))
-    with pytest.raises(pt.InputError, match=r"imu\.csv:1: header has \d+ columns, expected a few: are its line ends lost\?"):
+    with pytest.raises(
+        pt.InputError, match=r"imu\.csv:1: header has \d+ columns, expected a few: are its line ends lost\?"
+    ):
         load(path)
 
 

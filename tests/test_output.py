@@ -71,10 +71,15 @@ def test_a_folder_is_replaced_only_by_force_and_only_as_it_was_written(tmp_path:
 @pytest.mark.parametrize("force", [False, True])
 def test_what_appears_meanwhile_stays_and_so_does_the_result(tmp_path: Path, force: bool) -> None:
     out = tmp_path / "out"
-    with pytest.raises(pt.InputError, match=f"the new result is in {out}-1"), whole_folder(out, force=force) as whole:
-        (whole / "a.txt").write_text("result")
-        out.mkdir()
-        (out / "thesis.txt").write_text("years of work")
+
+    def run_meanwhile() -> None:
+        with whole_folder(out, force=force) as whole:
+            (whole / "a.txt").write_text("result")
+            out.mkdir()
+            (out / "thesis.txt").write_text("years of work")
+
+    with pytest.raises(pt.InputError, match=f"the new result is in {out}-1"):
+        run_meanwhile()
     assert (out / "thesis.txt").read_text() == "years of work"
     assert (tmp_path / "out-1" / "a.txt").read_text() == "result"
 
@@ -82,9 +87,14 @@ def test_what_appears_meanwhile_stays_and_so_does_the_result(tmp_path: Path, for
 def test_a_file_that_appears_in_the_old_result_meanwhile_stays(tmp_path: Path) -> None:
     out = tmp_path / "out"
     write(out, "old")
-    with pytest.raises(pt.InputError, match=f"the new result is in {out}-1"), whole_folder(out, force=True) as whole:
-        (whole / "a.txt").write_text("result")
-        (out / "notes.txt").write_text("mine")
+
+    def run_meanwhile() -> None:
+        with whole_folder(out, force=True) as whole:
+            (whole / "a.txt").write_text("result")
+            (out / "notes.txt").write_text("mine")
+
+    with pytest.raises(pt.InputError, match=f"the new result is in {out}-1"):
+        run_meanwhile()
     assert (out / "notes.txt").read_text() == "mine"
     assert (out / "a.txt").read_text() == "old"
 
@@ -106,7 +116,10 @@ def test_two_runs_with_one_name_both_keep_their_result(simulated: Path, tmp_path
 
 
 def steps(tmp_path: Path, kill_at: int, swap: bool) -> int:
-    """Replace an old result in another process that kills itself before its n-th change of the disk; its exit status."""
+    """Replace an old result in another process that kills itself before its n-th change of the disk.
+
+    Its exit status.
+    """
     code = f"""
         import os, signal, sys
         from pathlib import Path
@@ -215,7 +228,7 @@ def test_a_full_disk_leaves_no_half_of_a_picture(simulated: Path, tmp_path: Path
     arguments = [sys.executable, "-m", "pytracker", command, str(simulated), "--frame", "9", "--out", name]
     done = subprocess.run(  # noqa: S603
         arguments, cwd=tmp_path, capture_output=True, text=True, check=False,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)),  # noqa: PLW1509
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (3000, 3000)),
     )  # fmt: skip
     assert done.returncode == 2, done.stderr
     assert "Traceback" not in done.stderr
@@ -224,19 +237,24 @@ def test_a_full_disk_leaves_no_half_of_a_picture(simulated: Path, tmp_path: Path
 
 def test_a_file_that_appears_meanwhile_stays(tmp_path: Path) -> None:
     path = tmp_path / "frame.png"
-    with pytest.raises(pt.InputError, match="appeared while this ran"), whole_file(path, force=False) as partial:
-        partial.write_text("new")
-        path.write_text("mine")
+
+    def write_meanwhile() -> None:
+        with whole_file(path, force=False) as partial:
+            partial.write_text("new")
+            path.write_text("mine")
+
+    with pytest.raises(pt.InputError, match="appeared while this ran"):
+        write_meanwhile()
     assert path.read_text() == "mine"
     assert list(tmp_path.iterdir()) == [path]
 
 
 def stopped(command: list[str], folder: Path, wait_for: str, number: int = signal.SIGINT) -> tuple[int, str, float]:
     """Exit status, what was said on the error stream, and how long it took to stop, s."""
+    handler = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
     process = subprocess.Popen(  # noqa: S603
         [sys.executable, "-m", "pytracker", *command], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
-        text=True, preexec_fn=lambda: signal.signal(number, signal.SIG_DFL if number != signal.SIGINT else
-                                                    signal.default_int_handler),
+        text=True, preexec_fn=lambda: signal.signal(number, handler),  # noqa: PLW1509
     )  # fmt: skip
     until = time.monotonic() + 60
     while time.monotonic() < until and not list(folder.glob(wait_for)) and process.poll() is None:
@@ -261,7 +279,8 @@ def test_the_overlay_is_not_waited_for(tmp_path: Path, number: int) -> None:
 def test_an_interrupted_import_prints_no_traceback(tmp_path: Path) -> None:
     for delay_s in (0.05, 0.1, 0.2, 0.3, 0.4):
         process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-m", "pytracker", "demo", "--out", str(tmp_path / "out")], stderr=subprocess.PIPE, text=True,
+            [sys.executable, "-m", "pytracker", "demo", "--out", str(tmp_path / "out")],
+            stderr=subprocess.PIPE, text=True,
             preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # noqa: PLW1509
         )  # fmt: skip
         time.sleep(delay_s)
@@ -315,10 +334,12 @@ def test_a_video_is_looked_at_after_it_was_written(tmp_path: Path) -> None:
     with video.VideoWriter(tmp_path / "a.mp4", "mp4v", 25.0, (64, 48)) as writer:
         for _ in range(5):
             writer.write(image)
-    with (
-        pytest.raises(OSError, match=r"5 of 6 frames could be written"),
-        video.VideoWriter(tmp_path / "b.mp4", "mp4v", 25.0, (64, 48)) as writer,
-    ):
-        for _ in range(5):
-            writer.write(image)
-        writer.write(np.zeros((10, 10, 3), np.uint8))  # of another size: OpenCV drops it without a word
+
+    def write_another_size() -> None:
+        with video.VideoWriter(tmp_path / "b.mp4", "mp4v", 25.0, (64, 48)) as writer:
+            for _ in range(5):
+                writer.write(image)
+            writer.write(np.zeros((10, 10, 3), np.uint8))  # OpenCV drops it without a word
+
+    with pytest.raises(OSError, match=r"5 of 6 frames could be written"):
+        write_another_size()

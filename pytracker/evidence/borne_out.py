@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.recording import Camera, WeakPerspective
@@ -25,7 +26,9 @@ BEYOND_WRIST = 1.35
 NOBODYS = 0.30
 """This share of the skin that is nobody's, and an arm is elsewhere."""
 UNKNOWN_M = 0.125
-"""A wrist whose standard deviation across the picture is larger may be anywhere: on people whose hand was lost it is 0.11 to 0.16 m,
+"""A wrist whose standard deviation across the picture is larger may be anywhere.
+
+On people whose hand was lost it is 0.11 to 0.16 m,
 else 0.06 to 0.1."""
 OFF_PERSON_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""
@@ -81,7 +84,9 @@ class BorneOut:
             ]
             words += [f"{side} hand: no skin there" for s, side in enumerate(SIDES) if off_skin[k, s] > FAR_M]
             words += [
-                f"{side} wrist: not known across the picture" for s, side in enumerate(SIDES) if spread[k, s] > UNKNOWN_M
+                f"{side} wrist: not known across the picture"
+                for s, side in enumerate(SIDES)
+                if spread[k, s] > UNKNOWN_M
             ]
             if nobodys[k] > NOBODYS:
                 words.append("skin that no arm explains")
@@ -95,7 +100,7 @@ def _across(camera: Camera | WeakPerspective) -> Array:
     return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
 
 
-def _distance(distance_px: Array, at: Array) -> float:
+def _distance(distance_px: NDArray[np.float32], at: Array) -> float:
     """Of a pixel from a mask, px; NaN outside the picture, where nothing is known."""
     if not np.isfinite(at).all():
         return float("nan")

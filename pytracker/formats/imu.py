@@ -94,7 +94,6 @@ def orient(log: ImuLog) -> ImuLog:
         raise InputError(
             f"{log.path}: has neither orientation nor a gyroscope, expected q_w, q_x, q_y, q_z or gyr_x, gyr_y, gyr_z"
         )
-    import vqf  # noqa: PLC0415 - only recordings without orientation pay for it
 
     still = [log.gyr[part].mean(axis=0) for part in at_rest(log)]
     bias = np.median(still, axis=0) if still else np.zeros(3)
@@ -115,7 +114,10 @@ def orient(log: ImuLog) -> ImuLog:
 
 
 def _by_vqf(log: ImuLog, gyr: Float, mag: Float | None) -> Float:
-    """Orientation of every sample `(M, 4)`. VQF wants a steady rate: gaps are bridged, each sample takes its nearest."""
+    """Orientation of every sample `(M, 4)`.
+
+    VQF wants a steady rate: gaps are bridged, each sample takes its nearest.
+    """
     import vqf  # noqa: PLC0415 - only recordings without orientation pay for it
 
     assert log.acc is not None
@@ -141,7 +143,9 @@ def _check_gyroscope(log: ImuLog, bias: Float) -> None:
         other = dataclasses.replace(log, q_world_sensor=_by_vqf(log, (log.gyr - bias) * factor, None))
         if unsteadiness(other) < STEADIER * off:
             raise InputError(
-                f"{log.path}: turned by the orientation, the mean acceleration is {off:.2f} m/s² from gravity (median of "
-                f"{WINDOW_S:g} s), and {unsteadiness(other):.2f} if {words}; computed from the gyroscope: is gyr in rad/s, "
+                f"{log.path}: turned by the orientation, the mean acceleration is {off:.2f} m/s² from gravity "
+                "(median of "
+                f"{WINDOW_S:g} s), and {unsteadiness(other):.2f} if {words}; computed from the gyroscope: is "
+                "gyr in rad/s, "
                 "and in the axes of acc?"
             )

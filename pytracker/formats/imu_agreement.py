@@ -1,4 +1,7 @@
-"""Whether what an IMU says of itself agrees: gyroscope and orientation, and that none of them stands still or is noise."""
+"""Whether what an IMU says of itself agrees.
+
+Gyroscope and orientation, and that none of them stands still or is noise.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
-from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector, rotate
+from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector
 
 __all__ = ["check_noise", "check_turns", "comes_in_bursts", "repeats"]
 
@@ -132,7 +135,8 @@ def check_noise(log: ImuLog) -> list[str]:
     if noise[axis] <= limit:
         return []
     return [
-        f"{log.path}: the gyroscope's {AXES[axis]} is noise of {noise[axis]:.2f} rad/s from sample to sample, expected less "
+        f"{log.path}: the gyroscope's {AXES[axis]} is noise of {noise[axis]:.2f} rad/s from sample to sample, "
+        "expected less "
         f"than {limit:.2f}: is it in other units than rad/s, or disturbed?"
     ]
 
@@ -152,7 +156,8 @@ def _one_repeats(log: ImuLog) -> list[str]:
                 continue
             if np.delete(values[a : b + 1], axis, axis=1).std(axis=0).max() > beside:
                 return [
-                    f"{log.path}:{log.lines[a]}: {name}_{AXES[axis]} stays {values[a, axis]:.4g} for {lasted:.3f} s while the "
+                    f"{log.path}:{log.lines[a]}: {name}_{AXES[axis]} stays {values[a, axis]:.4g} for "
+                    f"{lasted:.3f} s while the "
                     "other axes move, expected some change: did it hang?"
                 ]
     return []
@@ -173,6 +178,7 @@ def _all_repeat(log: ImuLog) -> list[str]:
     if lasted <= ENOUGH_S:
         return []
     return [
-        f"{log.path}:{log.lines[a]}: every reading stays the same for {lasted:.3f} s, expected some noise: did the sensor "
+        f"{log.path}:{log.lines[a]}: every reading stays the same for {lasted:.3f} s, expected some noise: "
+        "did the sensor "
         "hang?"
     ]

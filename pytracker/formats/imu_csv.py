@@ -19,7 +19,9 @@ __all__ = ["read"]
 ACC = ("acc_x", "acc_y", "acc_z")
 GYR = ("gyr_x", "gyr_y", "gyr_z")
 MAG = ("mag_x", "mag_y", "mag_z")
-ORIENTATION_LIKE = re.compile(r"(q|quat|quaternion|ori|orientation)[ _.]?(0|1|2|3|w|x|y|z|i|j|k|real|si)$|(roll|pitch|yaw|euler\b)")
+ORIENTATION_LIKE = re.compile(
+    r"(q|quat|quaternion|ori|orientation)[ _.]?(0|1|2|3|w|x|y|z|i|j|k|real|si)$|(roll|pitch|yaw|euler\b)"
+)
 """How others name an orientation; what is not read must not be passed over."""
 MOST_COLUMNS = 1000
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
@@ -32,7 +34,9 @@ def read(path: Path, lines: list[str]) -> ImuLog:
     delimiter = max(",;\t", key=header.count)
     names = [name.strip().strip('"').lower() for name in header.split(delimiter)]
     if len(names) > MOST_COLUMNS:
-        raise InputError(f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?")
+        raise InputError(
+            f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?"
+        )
     repeated = sorted(name for name, count in Counter(names).items() if count > 1)
     if repeated:
         raise InputError(f"{path}:{first + 1}: column {repeated[0]!r} stands more than once, expected each name once")
@@ -50,7 +54,8 @@ def read(path: Path, lines: list[str]) -> ImuLog:
     strange = [name for name in names if name not in QUATERNION and ORIENTATION_LIKE.match(name)]
     if strange and not set(QUATERNION) <= set(names):
         raise InputError(
-            f"{path}:{first + 1}: columns {', '.join(strange)[:200]} look like an orientation, expected it as q_w, q_x, q_y, "
+            f"{path}:{first + 1}: columns {', '.join(strange)[:200]} look like an orientation, expected it as "
+            "q_w, q_x, q_y, "
             "q_z (sensor to world, w first): rename them, or drop them to have one computed from the gyroscope"
         )
     table = parse_table(path, lines, first + 1, names, delimiter, {"time_s", *ACC, *GYR, *MAG, *QUATERNION})

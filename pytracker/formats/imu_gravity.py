@@ -1,10 +1,15 @@
-"""What gravity tells of an IMU: unit, scale and bias of the accelerometer, tilt of the orientation, and whether they are in step.
+"""What gravity tells of an IMU.
 
-Turned to the world and averaged, the specific force is gravity but for what the wearer's velocity changed: nothing to speak of
+Unit, scale and bias of the accelerometer, tilt of the orientation, and whether they are in step.
+
+Turned to the world and averaged, the specific force is gravity but for what the wearer's velocity changed: nothing to
+speak of
 over a long recording, or while the sensor lies still. So the tolerance shrinks with the length and with rest.
 """
 
 from __future__ import annotations
+
+import itertools
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +61,7 @@ def at_rest(log: ImuLog) -> list[slice]:
     assert log.acc is not None
     edges = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1], REST_S)))
     found = []
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in itertools.pairwise(edges):
         if b - a < 4 or log.time_s[b - 1] - log.time_s[a] > 1.5 * REST_S:
             continue
         turns = np.zeros(3) if log.gyr is None else log.gyr[a:b]
@@ -115,7 +120,8 @@ def check_up(log: ImuLog, hint: str) -> list[str]:
         ups = np.array([world[part].mean(axis=0) for part in rest])
         tilt = float(np.median(np.degrees(np.arctan2(np.hypot(ups[:, 0], ups[:, 1]), ups[:, 2]))))
         tilted = (
-            f"{log.path}: at rest ({len(rest) * REST_S:g} s) the orientation's up is {tilt:.1f}° beside gravity, expected "
+            f"{log.path}: at rest ({len(rest) * REST_S:g} s) the orientation's up is {tilt:.1f}° beside "
+            "gravity, expected "
             "less than 2°: is the orientation tilted, or an axis of the accelerometer biased or flipped?"
         )
         if found := _odd_or_wrong(tilted, tilt, TILT_DEG):
@@ -123,14 +129,18 @@ def check_up(log: ImuLog, hint: str) -> list[str]:
     if off > odd:
         return [words + hint]
     unsteady = (
-        f"{log.path}: turned by the orientation, the acceleration of {WINDOW_S:g} s is {unsteadiness(log):.1f} m/s² from "
+        f"{log.path}: turned by the orientation, the acceleration of {WINDOW_S:g} s is "
+        f"{unsteadiness(log):.1f} m/s² from "
         "gravity (median), expected less than 1: do the axes of acceleration and orientation differ, or is one flipped?"
     )
     return _odd_or_wrong(unsteady, unsteadiness(log), WINDOW_OFF) if span > 3 * WINDOW_S else []
 
 
 def unsteadiness(log: ImuLog) -> float:
-    """Median over windows of how far their mean acceleration in the world is from gravity, m/s²; 0 where there is none."""
+    """Median over windows of how far their mean acceleration in the world is from gravity, m/s².
+
+    0 where there is none.
+    """
     assert log.acc is not None
     assert log.q_world_sensor is not None
     world = rotate(log.q_world_sensor, log.acc)
@@ -158,14 +168,15 @@ def check_step(log: ImuLog) -> list[str]:
         return []
     words = (
         f"{log.path}: the acceleration fits the orientation better {abs(LAGS_S[best]):.2f} s "
-        f"{'earlier' if LAGS_S[best] > 0 else 'later'} (what is not gravity falls to {left[best] / now:.0%}), expected both "
+        f"{'earlier' if LAGS_S[best] > 0 else 'later'} (what is not gravity falls to {left[best] / now:.0%}), "
+        "expected both "
         "at the same times"
     )
     return _odd_or_wrong(words, 1 - left[best] / now, (1 - IN_STEP[0], 1 - IN_STEP[1]))
 
 
 def _not_gravity(log: ImuLog, lag: int, smooth: int) -> float:
-    """Mean square of the slow part of the acceleration in the world, less gravity, where acceleration is `lag` samples late."""
+    """Mean square of the slow part of what is not gravity in the world, the acceleration being `lag` samples late."""
     assert log.acc is not None
     assert log.q_world_sensor is not None
     count = len(log.time_s)

@@ -1,6 +1,7 @@
 """Single readings that no sensor can have given: left out and said. Many of them are an error, not noise.
 
-A sample is an outlier where a number is none, where it lies beyond what sensors read, where a quaternion has no unit length, or
+A sample is an outlier where a number is none, where it lies beyond what sensors read, where a quaternion has no unit
+length, or
 where it jumps away from both its neighbours, which agree with each other, by far more than its surroundings change.
 """
 
@@ -29,6 +30,8 @@ AROUND = 12
 RETURNS = 0.35
 """Its neighbours differ by no more than this share of the jump."""
 NORM_TOLERANCE = 0.02
+FARTHEST = 1e6
+"""What is larger is as large: squares stay numbers."""
 FEW_SHARE = 0.01
 """This share of the samples may be single faults; more are a fault of the file."""
 DEGREES = ": is gyr in degrees per second?"
@@ -36,7 +39,10 @@ NAMES = {"acc": "acceleration", "gyr": "turn rate", "q_world_sensor": "orientati
 
 
 def without_outliers(log: ImuLog) -> ImuLog:
-    """The log without samples that are outliers, each cause with a warning. Raises `InputError` where there are many."""
+    """The log without samples that are outliers, each cause with a warning.
+
+    Raises `InputError` where there are many.
+    """
     bad, first = np.zeros(len(log.time_s), dtype=bool), ""
     for faulty, words in (_no_numbers(log), *_beyond(log), _not_unit(log), *_jumps(log)):
         if faulty.any() and not first:
@@ -49,13 +55,18 @@ def without_outliers(log: ImuLog) -> ImuLog:
         if first.endswith(DEGREES):  # the orientation, or gravity, tells more
             return log
         raise InputError(f"{first} ({count} of {len(bad)} samples)")
-    kept = {
-        field.name: values[~bad]
-        for field in dataclasses.fields(log)
-        if isinstance(values := getattr(log, field.name), np.ndarray)
-    }
+    kept = ~bad
     warning = f"{first}; {count} of {len(bad)} samples are such and are left out"
-    return dataclasses.replace(log, **kept, warnings=(*log.warnings, warning))
+    return dataclasses.replace(
+        log,
+        lines=log.lines[kept],
+        time_s=log.time_s[kept],
+        acc=None if log.acc is None else log.acc[kept],
+        gyr=None if log.gyr is None else log.gyr[kept],
+        mag=None if log.mag is None else log.mag[kept],
+        q_world_sensor=None if log.q_world_sensor is None else log.q_world_sensor[kept],
+        warnings=(*log.warnings, warning),
+    )
 
 
 def _no_numbers(log: ImuLog) -> tuple[NDArray[np.bool_], str]:
@@ -84,7 +95,9 @@ def _beyond(log: ImuLog) -> list[tuple[NDArray[np.bool_], str]]:
         if bad.any():
             k = int(np.argmax(bad))
             hint = DEGREES if name == "gyr" else ""
-            words = f"{log.path}:{log.lines[k]}: the {NAMES[name]} is {size[k]:.6g}, expected at most {most:g} {unit}{hint}"
+            words = (
+                f"{log.path}:{log.lines[k]}: the {NAMES[name]} is {size[k]:.6g}, expected at most {most:g} {unit}{hint}"
+            )
             found.append((bad, words))
     return found
 
@@ -92,7 +105,7 @@ def _beyond(log: ImuLog) -> list[tuple[NDArray[np.bool_], str]]:
 def _not_unit(log: ImuLog) -> tuple[NDArray[np.bool_], str]:
     if log.q_world_sensor is None:
         return np.zeros(len(log.time_s), dtype=bool), ""
-    norm = np.linalg.norm(log.q_world_sensor, axis=1)
+    norm = np.linalg.norm(np.clip(log.q_world_sensor, -FARTHEST, FARTHEST), axis=1)
     with np.errstate(invalid="ignore"):
         bad = np.abs(norm - 1) > NORM_TOLERANCE
     k = int(np.argmax(bad))
@@ -105,6 +118,7 @@ def _jumps(log: ImuLog) -> list[tuple[NDArray[np.bool_], str]]:
         values = getattr(log, name)
         if values is None or len(values) < 5 or not np.isfinite(values).all():
             continue
+        values = np.clip(values, -FARTHEST, FARTHEST)
         if name == "q_world_sensor":
             values = _continued(values)
         bad, size = _jumping(values, least)

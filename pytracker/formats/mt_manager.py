@@ -54,7 +54,9 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
     if names[-1] == "":
         names = names[:-1]
     if len(names) > MOST_COLUMNS:
-        raise InputError(f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?")
+        raise InputError(
+            f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?"
+        )
     wanted = {COUNTER, FINE, *ACC, *GYR, *MAG, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER, *EULER_DOT}
     if not wanted & set(names):
         raise InputError(
@@ -96,8 +98,8 @@ def _orientation(table: Table) -> Float | None:
                 f"{skew[bad[0]]:.3f}, expected at most 0.02"
             )
         return matrix_to_quaternion(m)
-    for names in (EULER, EULER_DOT):
-        euler = table.columns(*names)
+    for angles in (EULER, EULER_DOT):
+        euler = table.columns(*angles)
         if euler is not None:
             roll, pitch, yaw = np.deg2rad(euler).T
             return euler_to_quaternion(roll, pitch, yaw)

@@ -84,7 +84,8 @@ def probe(path: Path) -> VideoInfo:
             raise InputError(f"{path}: holds no frame that can be decoded, expected at least one")
         if missing := missing_bytes(path):
             raise InputError(
-                f"{path}: by its own container {missing} bytes are missing at its end ({path.stat().st_size} are there), "
+                f"{path}: by its own container {missing} bytes are missing at its end ({path.stat().st_size} "
+                "are there), "
                 "expected a whole file: it is cut short"
             )
         count = capture.get(cv2.CAP_PROP_FRAME_COUNT)

@@ -71,7 +71,8 @@ class ArmScene:
         dropped_imu: share of IMU samples that are missing.
         dropped_frames: share of frames in whose place the one before is shown again.
         clutter_noise: standard deviation of the image noise, grey levels.
-        worn: as bad as life (`pytracker.simulate.worn`): sensor, strap, shoulder, clock, lengths and camera are off, the
+        worn: as bad as life (`pytracker.simulate.worn`): sensor, strap, shoulder, clock, lengths and camera are off,
+            the
             IMU gives 60 Hz.
     """
 
@@ -180,7 +181,9 @@ class ArmSimulation:
 
     def shoulder(self, time_s: Array) -> Array:
         """Shoulder joint at `time_s`, world, m `(T, 3)`."""
-        shoulder = np.asarray(self.scene.shoulder_m) + self.scene.shoulder_motion_m * _slow(time_s, self._rng("shoulder"))
+        shoulder = np.asarray(self.scene.shoulder_m) + self.scene.shoulder_motion_m * _slow(
+            time_s, self._rng("shoulder")
+        )
         if self._worn is None:
             return shoulder
         wrist = self.wrist(time_s)
@@ -289,7 +292,9 @@ class ArmSimulation:
         half = np.deg2rad(s.orientation_error_deg) / np.sqrt(2)
         error = half * (_direction(rng) + _slow(time_s, rng))
         if self._worn is None:
-            return Imu(time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr)
+            return Imu(
+                time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr
+            )
         acc += self._worn.acceleration(time_s, acceleration)
         measured = multiply(self._worn.tilt(time_s, self._turn_rate(time_s)), q)
         return Imu(time_s=self._worn.clock(time_s), acc=acc, q_world_sensor=measured, gyr=gyr)

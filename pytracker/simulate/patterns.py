@@ -52,7 +52,10 @@ def _reach(time_s: Array, period_s: float) -> Array:
 
 
 def _gesture(time_s: Array, period_s: float) -> Array:
-    """Freely about, above the table, livelier than an exercise: three waves an axis without a common period, from rest."""
+    """Freely about, above the table, livelier than an exercise.
+
+    Three waves an axis without a common period, from rest.
+    """
     ramp = 1.0 - np.exp(-0.5 * (np.maximum(time_s, 0.0) / RAMP_S) ** 2)
     phase = 2 * np.pi * np.maximum(time_s, 0.0)[:, None] / (0.6 * period_s)
     waves = np.array([[1.0, 1.618, 0.414], [0.732, 1.414, 0.577], [0.854, 1.236, 0.382]])

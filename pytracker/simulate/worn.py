@@ -1,14 +1,15 @@
 """How bad life is: what a worn IMU, a living shoulder and a hasty set-up do to a recording.
 
-The numbers were measured on a forearm IMU with optical truth (60 Hz, a person standing and gesturing), or are what people reach
+The numbers were measured on a forearm IMU with optical truth (60 Hz, a person standing and gesturing), or are what
+people reach
 with a tape measure and one calibration:
 
 | what | how much | where from |
 |---|---|---|
-| forearm beside the sensor's axis | 2° constant, 1° wobbling within 1.2 s, more with the turn rate | measured: 2.2-2.4° RMS, 1/e time 1.0-1.5 s |
+| forearm beside the sensor | 2° constant, 1° wobbling within 1.2 s, more while it turns | measured: 2.2-2.4° RMS |
 | orientation | 1° constant, 0.5° and 0.4° a rad/s wobbling within 2 s | measured, and what filters state |
-| acceleration | 0.13 m/s² and a tenth of the acceleration, within 0.1 s | measured: 0.13-0.18 at rest to 1.2 at 8-20 m/s² |
-| shoulder | follows the wrist by 0.12 of its way, 2 cm of its own within 0.8 s, 0.4 cm of breath | measured: 1.2-3.4 cm an axis |
+| acceleration | 0.13 m/s² and a tenth of it, within 0.1 s | measured: 0.13-0.18 at rest, 1.2 at 8-20 m/s² |
+| shoulder | 0.12 of the wrist's way, 2 cm of its own within 0.8 s, 0.4 cm of breath | measured: 1.2-3.4 cm an axis |
 | clock | 20 ms and 30 ppm | two files aligned by a clap; Xsens' own figure |
 | lengths | 3 % | a tape measure |
 | camera | 0.5° and 1 % of the focal length | a board at arm's length |
@@ -65,9 +66,10 @@ class Worn:
         return np.stack([np.interp(time_s, self._grid, values[:, d]) for d in range(3)], axis=1)
 
     def shoulder(self, time_s: Array, way: Array) -> Array:
-        """How far the shoulder is from its place `(T, 3)`, m, where the wrist has gone `way` `(T, 3)` from its middle."""
+        """How far the shoulder is from its place `(T, 3)`, m; `way` `(T, 3)` is the wrist's from its middle, m."""
         breath = BREATH_M * np.sqrt(2.0) * np.sin(2 * np.pi * BREATH_HZ * time_s)
-        return FOLLOWS * way + SHOULDER_M * self._at(self._shoulder, time_s) + breath[:, None] * np.array([0.0, 0.3, 0.95])
+        own = FOLLOWS * way + SHOULDER_M * self._at(self._shoulder, time_s)
+        return np.asarray(own + breath[:, None] * np.array([0.0, 0.3, 0.95]))
 
     def mount(self, time_s: Array, rate: Array) -> Array:
         """Turn from the forearm to the sensor `(T, 4)`, where the forearm turns at `rate` `(T,)`, rad/s."""
@@ -82,11 +84,11 @@ class Worn:
     def acceleration(self, time_s: Array, acceleration: Array) -> Array:
         """What skin and strap add in the sensor's frame `(T, 3)`, m/s², where the wrist accelerates by `(T, 3)`."""
         size = ACC_REST + ACC_SHARE * np.linalg.norm(acceleration, axis=1, keepdims=True)
-        return size * self._at(self._acc, time_s)
+        return np.asarray(size * self._at(self._acc, time_s))
 
     def clock(self, time_s: Array) -> Array:
         """What the IMU's clock says at `time_s`."""
-        return self.clock_s + self.clock_scale * time_s
+        return np.asarray(self.clock_s + self.clock_scale * time_s)
 
 
 def _direction(rng: np.random.Generator) -> Array:

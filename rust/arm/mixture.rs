@@ -102,7 +102,8 @@ impl ArmMixture {
         let seen = Seen::new(self.layout, arm, noise, frame);
         let mut evidence = None;
         for sighting in &frame.sightings {
-            let found = self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, covariance))?;
+            let found =
+                self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, covariance))?;
             // Of what was seen: a length that is known beforehand is no observation.
             *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
         }
@@ -118,7 +119,14 @@ impl ArmMixture {
     }
 
     /// The estimate after a motion, changing nothing.
-    pub fn estimate(&self, arm: &Arm, noise: &Noise, time_s: f64, worn: Option<&WornMotion>, q: Quaternion) -> Estimate {
+    pub fn estimate(
+        &self,
+        arm: &Arm,
+        noise: &Noise,
+        time_s: f64,
+        worn: Option<&WornMotion>,
+        q: Quaternion,
+    ) -> Estimate {
         let mut ahead = self.clone();
         ahead.predict(worn, noise);
         let frame = Frame::empty(time_s, q);
@@ -158,8 +166,7 @@ impl ArmMixture {
             .collect();
         let mean: Vector3<f64> = parts.iter().map(|(weight, mean, _)| *weight * mean).sum();
         let axis = |d: usize| parts.iter().map(move |(w, m, sd)| (*w, m[d], sd[d])).collect::<Vec<_>>();
-        let variance =
-            |d: usize| axis(d).iter().map(|(w, m, sd)| w * (sd * sd + (m - mean[d]).powi(2))).sum::<f64>();
+        let variance = |d: usize| axis(d).iter().map(|(w, m, sd)| w * (sd * sd + (m - mean[d]).powi(2))).sum::<f64>();
         let density = |(weight, _, sd): &(f64, Vector3<f64>, Vector3<f64>)| weight / (sd.x * sd.y * sd.z);
         let mode = parts.iter().max_by(|a, b| density(a).total_cmp(&density(b))).map_or(mean, |part| part.1);
         Point {

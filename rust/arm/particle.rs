@@ -10,8 +10,8 @@
 use super::colour::{Colour, Sighting};
 use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion, RandomWalk};
-use super::rest::Rest;
 use super::pause::Stretch;
+use super::rest::Rest;
 use super::state::{Arm, Estimate, Layout, Noise, POSITION};
 use super::worn::WornMotion;
 use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};

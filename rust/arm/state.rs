@@ -326,7 +326,9 @@ impl Estimate {
     pub fn is_finite(&self) -> bool {
         let points = [&self.wrist, &self.elbow].into_iter().flat_map(|p| [p.mean, p.mode, p.sd, p.lo, p.hi]);
         let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
-        finite(self.mean.as_slice()) && finite(self.covariance.as_slice()) && points.into_iter().all(|v| finite(v.as_slice()))
+        finite(self.mean.as_slice())
+            && finite(self.covariance.as_slice())
+            && points.into_iter().all(|v| finite(v.as_slice()))
     }
 
     /// Spread by noise that was not drawn: the covariance grows, and the bands as if all were Gaussian.

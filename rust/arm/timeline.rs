@@ -7,9 +7,9 @@
 use super::motion::Motion;
 use super::rest::Stillness;
 use super::state::{Noise, require_finite};
-use crate::error::require_time;
 use super::tracker::Sample;
 use super::worn::{Step, WornMotion};
+use crate::error::require_time;
 use crate::quaternion::Quaternion;
 use crate::{Error, Result};
 use nalgebra::Vector3;
@@ -172,7 +172,13 @@ impl Timeline {
                 let force = held.acceleration + Vector3::new(0.0, 0.0, GRAVITY);
                 let density = noise.accel_density * (1.0 + noise.accel_growth * held.acceleration.norm());
                 let world_sensor = held.world_sensor.to_matrix();
-                let step = Step { dt: holds_until - self.now_s, acceleration: held.acceleration, force, world_sensor, density };
+                let step = Step {
+                    dt: holds_until - self.now_s,
+                    acceleration: held.acceleration,
+                    force,
+                    world_sensor,
+                    density,
+                };
                 if step.dt > 0.0 {
                     worn.append(&step, noise);
                 }

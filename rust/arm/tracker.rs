@@ -8,10 +8,10 @@ use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
 use super::plausible::{Judged, PATIENCE_S, Plausibility};
 use super::state::{Arm, Estimate, Noise, View, require_finite};
 use super::timeline::Timeline;
+use crate::error::require;
 use crate::filter::{Recorder, Resampling};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
-use crate::error::require;
 use crate::{Error, Result, saved};
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -235,7 +235,8 @@ impl ArmTracker {
         self.blind_s += self.timeline.pending_gap_s();
         let waited_s = self.last_frame_s.map_or(0.0, |last| time_s - last);
         self.is_unknown |= self.blind_s > BLIND_S || waited_s > NO_FRAME_S;
-        let mut seen = self.views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? }));
+        let mut seen =
+            self.views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? }));
         let Some(sighting) = seen.next() else { return };
         self.blind_s = 0.0;
         let sees_patch = match &self.filter {
@@ -282,9 +283,7 @@ impl ArmTracker {
         let estimate = match &self.filter {
             Filter::Particles(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
             Filter::Gaussian(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
-            Filter::Mixture(filter) => {
-                filter.estimate(&self.arm, &self.noise, time_s, timeline.worn(), world_sensor)
-            }
+            Filter::Mixture(filter) => filter.estimate(&self.arm, &self.noise, time_s, timeline.worn(), world_sensor),
         };
         if estimate.is_finite() { Ok(estimate) } else { Err(Error::RanAway { time_s }) }
     }

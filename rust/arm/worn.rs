@@ -90,7 +90,12 @@ impl WornMotion {
     }
 
     /// Move a Gaussian whose first columns are the core; the others, drawn back by `others` (first column, how many, process), do not mix.
-    pub fn predict(&self, mean: &mut DVector<f64>, covariance: &mut DMatrix<f64>, others: &[(usize, usize, GaussMarkov)]) {
+    pub fn predict(
+        &self,
+        mean: &mut DVector<f64>,
+        covariance: &mut DMatrix<f64>,
+        others: &[(usize, usize, GaussMarkov)],
+    ) {
         let dim = mean.len();
         let core = self.transition * mean.fixed_rows::<CORE>(0) + self.input;
         mean.fixed_rows_mut::<CORE>(0).copy_from(&core);
@@ -103,7 +108,8 @@ impl WornMotion {
                 covariance[(d, d)] += gained / (keep * keep);
             }
         }
-        let square = self.transition * covariance.fixed_view::<CORE, CORE>(0, 0) * self.transition.transpose() + self.noise;
+        let square =
+            self.transition * covariance.fixed_view::<CORE, CORE>(0, 0) * self.transition.transpose() + self.noise;
         let cross = self.transition * covariance.view((0, CORE), (CORE, dim - CORE));
         covariance.fixed_view_mut::<CORE, CORE>(0, 0).copy_from(&square);
         for column in CORE..dim {

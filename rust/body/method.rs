@@ -7,9 +7,9 @@
 //! | partitioned | torso; left arm; right arm |
 
 use super::cues::{FixedScale, Look, Rescaled, Scene};
-use super::region::RegionLook;
 use super::figure::{Figure, Group};
 use super::motion::{Anew, Walk};
+use super::region::RegionLook;
 use super::unseen::Unseen;
 use crate::error::require;
 use crate::filter::{Likelihood, Resampling};

@@ -61,7 +61,7 @@ impl Region {
         if distance.len() != width * height {
             return Err(Error::Size { name: "region", got: distance.len(), unit: "pixels", expected: width * height });
         }
-        if let Some(odd) = distance.iter().find(|d| !(**d >= 0.0)) {
+        if let Some(odd) = distance.iter().find(|d| d.is_nan() || **d < 0.0) {
             require(false, "distance to a region", f64::from(*odd), "0 px or more")?;
         }
         if let Some(odd) = points.iter().flatten().find(|x| x.is_nan() || x.abs() > 16384.0) {
@@ -127,7 +127,8 @@ pub fn loss(
     if let Some(skin) = regions.0.filter(|skin| look.skin_loss > 0.0 && !arms.is_empty() && !skin.points.is_empty()) {
         let off: f64 = arms.iter().map(|group| off_skin(skin, seen, *group, look.bare, capped)).sum();
         let worn: Vec<Capsule> = skin_wearers(figure, seen, look.bare, px_per_m);
-        lost += look.skin_loss * (OFF * off / arms.len() as f64 + unexplained(&skin.points, &worn, capped, f64::INFINITY));
+        lost +=
+            look.skin_loss * (OFF * off / arms.len() as f64 + unexplained(&skin.points, &worn, capped, f64::INFINITY));
     }
     if let Some(foreground) = regions.1.filter(|mask| look.foreground_loss > 0.0 && !mask.points.is_empty()) {
         let off: f64 = arms.iter().map(|group| off_foreground(foreground, seen, *group, capped)).sum();
@@ -206,7 +207,8 @@ fn skin_wearers(figure: &Figure, seen: &[Seen], bare: f64, px_per_m: f64) -> Vec
 
 fn all_limbs(figure: &Figure, seen: &[Seen], px_per_m: f64) -> Vec<Capsule> {
     let radius = |half: [f64; 2]| (0.5 * (half[0] + half[1]) + SLACK_M) * px_per_m;
-    let limbs = figure.limbs.iter().map(|limb| Capsule::new(seen[limb.start], seen[limb.end], radius(limb.half_width_m)));
+    let limbs =
+        figure.limbs.iter().map(|limb| Capsule::new(seen[limb.start], seen[limb.end], radius(limb.half_width_m)));
     let hand = |group| {
         let [_, _, (wrist, hand)] = arm(group);
         Capsule::new(seen[wrist], seen[hand], (HAND_M + SLACK_M) * px_per_m)
@@ -235,9 +237,8 @@ mod tests {
     fn square() -> Region {
         let (width, height) = (20_usize, 10_usize);
         let beside = |x: usize, low: usize, high: usize| (low as f64 - x as f64).max(x as f64 - high as f64).max(0.0);
-        let distance = (0..width * height)
-            .map(|k| beside(k % width, 4, 8).hypot(beside(k / width, 2, 5)) as f32)
-            .collect();
+        let distance =
+            (0..width * height).map(|k| beside(k % width, 4, 8).hypot(beside(k / width, 2, 5)) as f32).collect();
         Region::new(width, height, distance, vec![[4.0, 2.0], [8.0, 5.0]]).unwrap()
     }
 

@@ -6,11 +6,11 @@ use super::island::{Island, Posterior, Sight, most_given};
 use super::method::BodyMethod;
 use super::region::{Region, bareness};
 use super::skin::Blobs;
+use crate::error::require_time;
 use crate::filter::Recorder;
 use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::rng::branch;
-use crate::error::require_time;
 use crate::{Error, Result, saved};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -73,7 +73,16 @@ impl BodyTracker {
         let share = |k: usize| len / count + usize::from(k < len % count);
         let islands = (0..count).map(|k| Island::new(&figure, &method, share(k), branch(seed, k as u64)));
         let islands = islands.collect::<Result<_>>()?;
-        Ok(Self { figure, projection, method, islands, first_frame_s: None, last_frame_s: None, lost_at_s: None, bare: None })
+        Ok(Self {
+            figure,
+            projection,
+            method,
+            islands,
+            first_frame_s: None,
+            last_frame_s: None,
+            lost_at_s: None,
+            bare: None,
+        })
     }
 
     /// The figure.

@@ -5,15 +5,16 @@ use super::record::{LayerRecord, records};
 use super::rows;
 use crate::body::edges::EdgeImage;
 use crate::body::{
-    self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Region, Regions, Unseen, Weighing,
+    self, BodyEvidence, BodyLayer, BodyMethod, Diffusion, Figure, Group, KEY_JOINTS, Part, Region, Regions, Unseen,
+    Weighing,
 };
 use crate::camera::Camera;
+use crate::error::guarded;
 use crate::filter::{History, Resampling};
 use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::resample::Scheme;
 use crate::skeleton::{self, Bone, Channel};
-use crate::error::guarded;
 use crate::{Error, Result};
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, ToPyArray};
@@ -162,11 +163,7 @@ fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         gate_m: m.gate_m,
         limits: m.limits,
         penetration: m.penetration,
-        regions: Regions {
-            skin_loss: m.skin_loss,
-            foreground_loss: m.foreground_loss,
-            reach_m: m.region_reach_m,
-        },
+        regions: Regions { skin_loss: m.skin_loss, foreground_loss: m.foreground_loss, reach_m: m.region_reach_m },
         unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
     };
     method.check()?;
@@ -260,7 +257,8 @@ impl BodyTracker {
             let (got, expected) = (states.ncols(), model.dim());
             return Err(Error::Size { name: "states", got, unit: "columns", expected }.into());
         }
-        let poses = guarded(|| Ok(states.rows().into_iter().map(|state| model.pose(&state.to_vec())).collect::<Vec<_>>()))?;
+        let poses =
+            guarded(|| Ok(states.rows().into_iter().map(|state| model.pose(&state.to_vec())).collect::<Vec<_>>()))?;
         Ok(PyArray2::from_vec2(py, &poses)?)
     }
 

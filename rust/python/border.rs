@@ -21,7 +21,11 @@ pub fn remember_process() {
 /// Do `work` without the interpreter's lock, on `threads` threads, on as many as there are where none are said.
 ///
 /// A panic becomes [`Error::Internal`].
-pub fn compute<R: Send>(py: Python<'_>, threads: Option<usize>, work: impl FnOnce() -> Result<R> + Send) -> PyResult<R> {
+pub fn compute<R: Send>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    work: impl FnOnce() -> Result<R> + Send,
+) -> PyResult<R> {
     Ok(py.detach(|| guarded(|| on_threads(threads, work)))?)
 }
 
