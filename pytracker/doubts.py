@@ -63,8 +63,7 @@ def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
     An arm is tracked again, by the mixture with one component, under other descriptions (`pytracker.suspects`):
-    heading,
-    clock, mount, lengths, shoulder, camera. A body's key joints should have foreground about them.
+    heading, clock, mount, lengths, shoulder, camera. A body's key joints should have foreground about them.
     """
     if isinstance(track, ArmTrack):
         return _of_arm(track.recording, track.sightings, track.method.pixel_sd)

@@ -1,8 +1,8 @@
 """Output files and folders appear whole or not at all: written beside, then renamed.
 
 A folder that is written here holds a list of its files with their digests (`MADE_HERE`). Only what is on it, and is
-still
-what was written, is ever deleted. A killed process leaves hidden folders; the next one that writes there sweeps them.
+still what was written, is ever deleted. A killed process leaves hidden folders; the next one that writes there sweeps
+them.
 """
 
 from __future__ import annotations
@@ -80,9 +80,8 @@ def whole_folder(target: Path, *, force: bool = False, is_recording: bool = Fals
     """A new folder to write into, which becomes `target` when the block ends well.
 
     A killed run leaves nothing under the final name, or the old result whole. Raises `InputError` as `check_target`;
-    where
-    something has appeared under the final name meanwhile that may not be replaced, it stays, and the message says
-    where the new result is.
+    where something has appeared under the final name meanwhile that may not be replaced, it stays, and the message
+    says where the new result is.
     """
     target = check_target(target, force=force, is_recording=is_recording)
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,8 @@
 """What may be wrong with the description of an arm's recording: each suspect as a change that would put it right.
 
 A heading, a clock, a camera or a length that is off gives a track that is off, as sure of itself as any other. But
-the data fit worse:
-a recording that is described rightly is explained better. Each suspect is tried in a few strengths.
+the data fit worse: a recording that is described rightly is explained better. Each suspect is tried in a few
+strengths.
 """
 
 from __future__ import annotations

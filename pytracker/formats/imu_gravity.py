@@ -3,8 +3,8 @@
 Unit, scale and bias of the accelerometer, tilt of the orientation, and whether they are in step.
 
 Turned to the world and averaged, the specific force is gravity but for what the wearer's velocity changed: nothing to
-speak of
-over a long recording, or while the sensor lies still. So the tolerance shrinks with the length and with rest.
+speak of over a long recording, or while the sensor lies still. So the tolerance shrinks with the length and with
+rest.
 """
 
 from __future__ import annotations

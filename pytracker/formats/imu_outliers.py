@@ -1,8 +1,8 @@
 """Single readings that no sensor can have given: left out and said. Many of them are an error, not noise.
 
 A sample is an outlier where a number is none, where it lies beyond what sensors read, where a quaternion has no unit
-length, or
-where it jumps away from both its neighbours, which agree with each other, by far more than its surroundings change.
+length, or where it jumps away from both its neighbours, which agree with each other, by far more than its
+surroundings change.
 """
 
 from __future__ import annotations
