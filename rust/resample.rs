@@ -198,7 +198,7 @@ impl Walk {
         points: &[f64],
         out: &mut [u32],
     ) {
-        let mut at = 0;
+        let mut at: usize = 0;
         for (index, weight) in (self.first as u32..).zip(weights) {
             let expected = weight * places;
             let certain = copies(expected);
@@ -211,7 +211,7 @@ impl Walk {
                 count += 1;
                 self.next += 1;
             }
-            let end = (at + count).min(out.len());
+            let end = at.saturating_add(count).min(out.len());
             if let Some([one, two]) = out.get_mut(at..at + 2) {
                 // Written before they are counted, again to spare a branch.
                 *one = index;

@@ -28,11 +28,12 @@ def load_body(folder: Path) -> pt.BodyRecording:
 
 
 @pytest.mark.parametrize(
-    ("name", "plain_m", "best_m"), [("body-arm-circles", 0.10, 0.08), ("body-balance", 0.13, 0.11)]
+    ("name", "plain_m", "best_m"), [("body-arm-circles", 0.10, 0.09), ("body-balance", 0.13, 0.115)]
 )
 def test_recordings_by_another_renderer(
     shared: Callable[[str], Path], name: str, plain_m: float, best_m: float
 ) -> None:
+    """With the wrist where it is, at the end of the whole forearm: 7.5 cm farther out than the end of `radius`."""
     recording = load_body(shared(f"recordings/{name}"))
     assert average_m(recording, pt.BodyPlain(), range(1, 11)) <= plain_m
     assert average_m(recording, pt.Partitioned(), range(1, 11)) <= best_m

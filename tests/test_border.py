@@ -143,6 +143,13 @@ def test_an_estimate_far_ahead_is_finite_or_refused() -> None:
                 assert np.isfinite(numbers).all()
 
 
+def test_weights_that_are_almost_nothing_are_drawn_all_the_same() -> None:
+    for scheme in ("multinomial", "stratified", "systematic", "residual"):
+        drawn = pt.resample(scheme, np.array([1e-320, 3e-320, 0.0]), 400, 1)
+        assert 60 < (drawn == 0).sum() < 140
+        assert (drawn < 2).all()
+
+
 def test_many_blobs_are_no_more_work(body: pt.BodyRecording) -> None:
     made = pt.make_tracker(body, pt.Partitioned(particles=50, gate_m=5.0))
     blobs = np.random.default_rng(1).uniform(0, 240, (500, 2))

@@ -31,6 +31,12 @@ def test_old_export_without_frame_and_time(tmp_path: Path) -> None:
     assert markers.gaps == {"left one": 0, "wrist": 0}
 
 
+def test_a_count_without_end_is_named(tmp_path: Path) -> None:
+    header = [line.replace("NO_OF_FRAMES\t3", "NO_OF_FRAMES\t" + "9" * 5000) for line in HEADER]
+    with pytest.raises(pt.InputError, match=r"NO_OF_FRAMES is '9+', expected a whole number"):
+        read_qualisys(write(tmp_path, header + ROWS))
+
+
 def test_new_export_with_frame_time_types_and_column_header(tmp_path: Path) -> None:
     columns = "Frame\tTime\tleft one X\tleft one Y\tleft one Z\twrist X\twrist Y\twrist Z"
     rows = [f"{k + 1}\t{0.5 + 0.02 * k:.5f}\t{row}\t" for k, row in enumerate(ROWS)]

@@ -45,6 +45,10 @@ class Markers:
     rate_hz: float | None
 
 
+MOST_DIGITS = 12
+"""No count has more."""
+
+
 def read_qualisys(path: Path | str) -> Markers:
     """Read a 3-D export. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
@@ -144,8 +148,8 @@ def _whole(path: Path, header: dict[str, list[str]], key: str) -> int | None:
     if key not in header:
         return None
     text = header[key][0].strip()
-    if not text.isdecimal():
-        raise InputError(f"{path}: {key} is {text!r}, expected a whole number")
+    if not text.isdecimal() or len(text) > MOST_DIGITS:
+        raise InputError(f"{path}: {key} is {text[:80]!r}, expected a whole number")
     return int(text)
 
 

@@ -29,7 +29,8 @@ pub fn resample<'py>(
     require(sum > 0.0 && sum.is_finite(), "the sum of weights", sum, "positive")?;
     let scale = 1.0 / sum;
     for weight in &mut weights {
-        *weight *= scale;
+        // The reciprocal of a sum that is almost nothing is no number.
+        *weight = if scale.is_finite() { *weight * scale } else { *weight / sum };
     }
     require(u32::try_from(n).is_ok(), "n", n as f64, "0 to 4294967295")?;
     room("n draws", n.saturating_mul(2))?;
