@@ -14,8 +14,8 @@ __all__ = ["camera_of", "fit_weak_perspective"]
 COEFFICIENTS = 3
 """Of a row of eq. (3): along x, along y, constant."""
 
-MOST = {"point": 1e3, "pixel": 1e5}
-"""No room is larger, m, and no picture, px."""
+MOST = {"point": 1e6, "pixel": 1e6}
+"""No place is farther, not even in millimetres, and no picture larger, px."""
 
 
 def fit_weak_perspective(points_3d: Array, points_2d: Array) -> ProjectionFit:

@@ -80,7 +80,13 @@ fn rescaled_distances_lie_between_nothing_and_one() {
     let figure = figure(&[8]);
     let projection = projection();
     let edges = blank();
-    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None], regions: (None, None) };
+    let scene = Scene {
+        figure: &figure,
+        projection: &projection,
+        edges: &edges,
+        blobs: [None, Some(LEFT_HAND), None],
+        regions: (None, None),
+    };
     let set = ParticleSet::from_rows(1, &[0.0, 0.1, 0.4]).unwrap();
     let rescaled = |alpha, adapt| Rescaled { scene, look: look(), base: 1000.0, alpha, adapt };
     let mut out = vec![0.0; 3];
@@ -102,7 +108,13 @@ fn rescaled_distances_lie_between_nothing_and_one() {
 fn a_fixed_scale_is_in_standard_deviations_and_ends() {
     let figure = figure(&[0]);
     let (projection, edges) = (projection(), blank());
-    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None, Some(LEFT_HAND), None], regions: (None, None) };
+    let scene = Scene {
+        figure: &figure,
+        projection: &projection,
+        edges: &edges,
+        blobs: [None, Some(LEFT_HAND), None],
+        regions: (None, None),
+    };
     let fixed = FixedScale { scene, look: look(), edge_loss: 2.0, sharpness: 1.0, is_evidence: true };
     let set = ParticleSet::from_rows(1, &[0.0, 0.05, 0.10, 5.0]).unwrap();
     let mut out = vec![0.0; 4];
@@ -117,7 +129,8 @@ fn a_fixed_scale_is_in_standard_deviations_and_ends() {
 fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
     let figure = figure(&[7, 8, 9]);
     let (projection, edges) = (projection(), blank());
-    let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3], regions: (None, None) };
+    let scene =
+        Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3], regions: (None, None) };
     let loss = |limits, penetration, row: [f64; 3]| {
         let set = ParticleSet::from_rows(3, &row).unwrap();
         scene.distances(&set, &Look { limits, penetration, ..look() })[0].body_loss

@@ -139,7 +139,7 @@ def test_inspect_a_track(simulated: Path, tmp_path: Path) -> None:
 
 def test_inspect_wants_the_recording_that_was_tracked(simulated: Path, simulated_body: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert run("track", simulated, "--particles", "100", "--out", out, "--no-report").returncode == 0
+    assert run("track", simulated, "--method", "layered", "--out", out, "--no-report").returncode == 0
     failed = run("inspect", simulated_body, "--frame", "4", "--of", out, "--out", tmp_path / "x.svg")
     assert failed.returncode == 2
     assert "recording.toml was another file in that run" in failed.stderr

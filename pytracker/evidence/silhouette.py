@@ -28,7 +28,7 @@ MEDIAN_FRAMES = 61
 Region = tuple[NDArray[np.float32], Array]
 """Distances from a mask, and points on it."""
 
-REGION_POINTS = 48
+REGION_POINTS = 32
 """So many points, evenly chosen, stand for a mask."""
 
 RIM_PX = 5
@@ -133,14 +133,17 @@ def _image(array: Any) -> Image:
 
 
 def _region(mask: Image) -> Region | None:
-    """A mask as distances and points; None where it is empty."""
-    rows, columns = np.nonzero(mask)
-    if not len(rows):
+    """A mask as distances, good to a pixel, and points; None where it is empty."""
+    if not cv2.countNonZero(mask):
         return None
-    distance = cv2.distanceTransform(cv2.bitwise_not(mask), cv2.DIST_L2, 3)
-    picked = np.linspace(0, len(rows) - 1, min(REGION_POINTS, len(rows))).astype(int)
-    points = np.column_stack([columns[picked], rows[picked]]).astype(np.float64)
-    return np.asarray(distance, dtype=np.float32), points
+    found = np.asarray(cv2.findNonZero(mask)).reshape(-1, 2)
+    height, width = mask.shape
+    # At half the size it takes a quarter of the time, and nothing that is asked needs more.
+    small = cv2.resize(mask, ((width + 1) // 2, (height + 1) // 2), interpolation=cv2.INTER_NEAREST)
+    halves = cv2.distanceTransform(cv2.bitwise_not(small), cv2.DIST_L2, 3)
+    distance = 2.0 * np.asarray(cv2.resize(halves, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
+    picked = np.linspace(0, len(found) - 1, min(REGION_POINTS, len(found))).astype(int)
+    return distance, np.ascontiguousarray(found[picked], dtype=np.float64)
 
 
 class Silhouette:

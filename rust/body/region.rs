@@ -46,6 +46,8 @@ const SLACK_M: f64 = 0.02;
 /// A limb off its mask counts this share of what a mask counts that no limb explains: hands are overlooked more often than seen
 /// where there are none.
 const OFF: f64 = 0.25;
+/// An outer shape has six limbs; hands besides.
+const MOST_LIMBS: usize = 16;
 /// Where along a forearm, from elbow to wrist, and an upper arm, from shoulder to elbow, it is looked.
 const ON_FOREARM: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
 const ON_UPPER_ARM: [f64; 3] = [0.4, 0.7, 1.0];
@@ -86,13 +88,13 @@ impl Capsule {
         Self { from: [a.u, a.v], along, per_length2: 1.0 / length2.max(1e-9), radius }
     }
 
-    /// How far a place is beyond it, px.
+    /// Squared distance of a place from its line, px².
     #[inline(always)]
-    fn beyond(&self, [u, v]: [f64; 2]) -> f64 {
+    fn distance2(&self, [u, v]: [f64; 2]) -> f64 {
         let (x, y) = (u - self.from[0], v - self.from[1]);
         let at = ((x * self.along[0] + y * self.along[1]) * self.per_length2).clamp(0.0, 1.0);
         let (x, y) = (x - at * self.along[0], y - at * self.along[1]);
-        ((x * x + y * y).sqrt() - self.radius).max(0.0)
+        x * x + y * y
     }
 }
 
@@ -122,23 +124,41 @@ pub fn loss(
         return 2.0 * (look.skin_loss + look.foreground_loss);
     }
     let capped = 1.0 / (look.reach_m * px_per_m);
-    let arms: Vec<Group> = groups.iter().copied().filter(|group| *group != Group::Torso).collect();
+    let arms = || groups.iter().filter(|group| **group != Group::Torso);
+    let count = arms().count() as f64;
     let mut lost = 0.0;
-    if let Some(skin) = regions.0.filter(|skin| look.skin_loss > 0.0 && !arms.is_empty() && !skin.points.is_empty()) {
-        let off: f64 = arms.iter().map(|group| off_skin(skin, seen, *group, look.bare, capped)).sum();
-        let worn: Vec<Capsule> = skin_wearers(figure, seen, look.bare, px_per_m);
-        lost +=
-            look.skin_loss * (OFF * off / arms.len() as f64 + unexplained(&skin.points, &worn, capped, f64::INFINITY));
+    if let Some(skin) = regions.0.filter(|skin| look.skin_loss > 0.0 && count > 0.0 && !skin.points.is_empty()) {
+        let off: f64 = arms().map(|group| off_skin(skin, seen, *group, look.bare, capped)).sum();
+        let worn = skin_wearers(figure, seen, look.bare, px_per_m);
+        lost += look.skin_loss * (OFF * off / count + unexplained(&skin.points, &worn, capped, f64::INFINITY));
     }
     if let Some(foreground) = regions.1.filter(|mask| look.foreground_loss > 0.0 && !mask.points.is_empty()) {
-        let off: f64 = arms.iter().map(|group| off_foreground(foreground, seen, *group, capped)).sum();
-        let limbs: Vec<Capsule> = all_limbs(figure, seen, px_per_m);
+        let off: f64 = arms().map(|group| off_foreground(foreground, seen, *group, capped)).sum();
+        let limbs = all_limbs(figure, seen, px_per_m);
         // The model has no legs: what is below the hips says nothing.
         let lowest = seen[0].v;
         lost += look.foreground_loss
-            * (OFF * off / arms.len().max(1) as f64 + unexplained(&foreground.points, &limbs, capped, lowest));
+            * (OFF * off / count.max(1.0) + unexplained(&foreground.points, &limbs, capped, lowest));
     }
     lost
+}
+
+/// As many limbs as there are, without a heap.
+struct Limbs {
+    capsules: [Capsule; MOST_LIMBS],
+    count: usize,
+}
+
+impl Limbs {
+    fn of(capsules: impl Iterator<Item = Capsule>) -> Self {
+        let none = Capsule { from: [0.0; 2], along: [0.0; 2], per_length2: 0.0, radius: 0.0 };
+        let mut limbs = Self { capsules: [none; MOST_LIMBS], count: 0 };
+        for capsule in capsules.take(MOST_LIMBS) {
+            limbs.capsules[limbs.count] = capsule;
+            limbs.count += 1;
+        }
+        limbs
+    }
 }
 
 /// Of a hand and its forearm: mean capped distance from the skin, 0 to 1.
@@ -173,39 +193,47 @@ fn off_foreground(mask: &Region, seen: &[Seen], group: Group, capped: f64) -> f6
     if count > 0.0 { sum / count } else { 0.5 }
 }
 
-/// Mean capped distance of points of a mask above `lowest` from the nearest capsule, 0 to 1.
-fn unexplained(points: &[[f64; 2]], capsules: &[Capsule], capped: f64, lowest: f64) -> f64 {
+/// How far a place is beyond the nearest of some limbs, px; 0 within one.
+#[inline(always)]
+fn beyond(capsules: &[Capsule], point: [f64; 2]) -> f64 {
+    let mut nearest = f64::MAX;
+    for capsule in capsules {
+        let distance2 = capsule.distance2(point);
+        if distance2 <= capsule.radius * capsule.radius {
+            return 0.0;
+        }
+        nearest = nearest.min(distance2.sqrt() - capsule.radius);
+    }
+    nearest
+}
+
+/// Mean capped distance of points of a mask above `lowest` from the nearest limb, 0 to 1.
+fn unexplained(points: &[[f64; 2]], limbs: &Limbs, capped: f64, lowest: f64) -> f64 {
+    let capsules = &limbs.capsules[..limbs.count];
     let (mut sum, mut count) = (0.0, 0.0);
     for point in points.iter().filter(|point| point[1] <= lowest) {
-        let nearest = capsules.iter().map(|capsule| capsule.beyond(*point)).fold(f64::INFINITY, f64::min);
-        sum += (nearest * capped).min(1.0);
+        sum += (beyond(capsules, *point) * capped).min(1.0);
         count += 1.0;
     }
     if count > 0.0 { sum / count } else { 0.0 }
 }
 
 /// Head, hands and as much of the forearms as is bare.
-fn skin_wearers(figure: &Figure, seen: &[Seen], bare: f64, px_per_m: f64) -> Vec<Capsule> {
+fn skin_wearers(figure: &Figure, seen: &[Seen], bare: f64, px_per_m: f64) -> Limbs {
     let radius = (HAND_M + SLACK_M) * px_per_m;
-    let mut worn: Vec<Capsule> = figure
-        .limbs
-        .iter()
-        .filter(|limb| limb.group == Group::Torso)
-        .skip(1)
-        .map(|head| Capsule::new(seen[head.start], seen[head.end], (head.half_width_m[0] + 2.0 * SLACK_M) * px_per_m))
-        .collect();
-    for group in [Group::LeftArm, Group::RightArm] {
+    let heads = figure.limbs.iter().filter(|limb| limb.group == Group::Torso).skip(1);
+    let heads = heads
+        .map(|head| Capsule::new(seen[head.start], seen[head.end], (head.half_width_m[0] + 2.0 * SLACK_M) * px_per_m));
+    let arms = [Group::LeftArm, Group::RightArm].into_iter().flat_map(|group| {
         let [_, (elbow, wrist), (_, hand)] = arm(group);
-        worn.push(Capsule::new(seen[wrist], seen[hand], radius));
-        if bare > 0.0 {
-            let [u, v] = between(seen, (wrist, elbow), bare);
-            worn.push(Capsule::new(seen[wrist], Seen { u, v, ..seen[elbow] }, radius));
-        }
-    }
-    worn
+        let [u, v] = between(seen, (wrist, elbow), bare);
+        let forearm = Capsule::new(seen[wrist], Seen { u, v, ..seen[elbow] }, radius);
+        [Capsule::new(seen[wrist], seen[hand], radius), forearm]
+    });
+    Limbs::of(heads.chain(arms))
 }
 
-fn all_limbs(figure: &Figure, seen: &[Seen], px_per_m: f64) -> Vec<Capsule> {
+fn all_limbs(figure: &Figure, seen: &[Seen], px_per_m: f64) -> Limbs {
     let radius = |half: [f64; 2]| (0.5 * (half[0] + half[1]) + SLACK_M) * px_per_m;
     let limbs =
         figure.limbs.iter().map(|limb| Capsule::new(seen[limb.start], seen[limb.end], radius(limb.half_width_m)));
@@ -213,7 +241,8 @@ fn all_limbs(figure: &Figure, seen: &[Seen], px_per_m: f64) -> Vec<Capsule> {
         let [_, _, (wrist, hand)] = arm(group);
         Capsule::new(seen[wrist], seen[hand], (HAND_M + SLACK_M) * px_per_m)
     };
-    limbs.chain([hand(Group::LeftArm), hand(Group::RightArm)]).collect()
+    // The torso explains most: it is asked first.
+    Limbs::of(limbs.chain([hand(Group::LeftArm), hand(Group::RightArm)]))
 }
 
 /// How bare the forearms of a posed figure are: the share of places on them that lie on skin, 0 to 1; all of it where
@@ -257,11 +286,12 @@ mod tests {
     fn a_capsule_explains_what_is_within_it() {
         let at = |u: f64, v: f64| Seen { u, v, px_per_m: 100.0 };
         let limb = Capsule::new(at(10.0, 10.0), at(30.0, 10.0), 3.0);
-        assert_eq!(limb.beyond([20.0, 12.0]), 0.0);
-        assert_eq!(limb.beyond([20.0, 17.0]), 4.0);
-        assert_eq!(limb.beyond([36.0, 18.0]), 7.0);
+        assert_eq!(beyond(&[limb], [20.0, 12.0]), 0.0);
+        assert_eq!(beyond(&[limb], [20.0, 17.0]), 4.0);
+        assert_eq!(beyond(&[limb], [36.0, 18.0]), 7.0);
         let points = [[20.0, 12.0], [20.0, 17.0], [20.0, 90.0]];
-        assert!((unexplained(&points, &[limb], 0.1, f64::INFINITY) - (0.0 + 0.4 + 1.0) / 3.0).abs() < 1e-12);
-        assert!((unexplained(&points, &[limb], 0.1, 50.0) - 0.2).abs() < 1e-12);
+        let limbs = Limbs::of(std::iter::once(limb));
+        assert!((unexplained(&points, &limbs, 0.1, f64::INFINITY) - (0.0 + 0.4 + 1.0) / 3.0).abs() < 1e-12);
+        assert!((unexplained(&points, &limbs, 0.1, 50.0) - 0.2).abs() < 1e-12);
     }
 }
