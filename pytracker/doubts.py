@@ -48,7 +48,7 @@ CERTAIN = 25.0
 """Log evidence by which another description must be better; right ones were beaten by 19 at most, worn ones too."""
 
 CERTAIN_HELD = 1.0
-"""The same of each frame where the arm's length counts; right ones that are worn have 0.65 at most, 20° of heading 2."""
+"""The same of each frame where the arm's length counts; right ones that are worn have 0.65 at most."""
 
 AS_GOOD = 8.0
 """Descriptions that are as good as the best but for this cannot be told from it."""
@@ -61,6 +61,9 @@ IMPLAUSIBLE = (
     "the estimate lies beside the patch that is seen",
 )
 """What the tracker says of an estimate that no arm can have (`rust/arm/plausible.rs`): worth a word at any share."""
+
+HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
+"""The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
 
 LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
@@ -160,6 +163,14 @@ def _of_body(track: BodyTrack) -> tuple[str, ...]:
         return (
             f"{where}: at the first frame {first:.0%} of the joints are on the foreground, {least}: check the first "
             "pose, the skeleton and the camera, and that the background does not hold the person",
+        )
+    right_m, below_m = track.head_off_m
+    if abs(right_m) > HEAD_BESIDE_M or abs(below_m) > HEAD_ABOVE_M:
+        side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
+        return (
+            f"{where}: at the first frame the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's and "
+            f"{100 * abs(below_m):.0f} cm {height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and "
+            f"{100 * HEAD_ABOVE_M:.0f} cm: check the first pose, the skeleton's size, and the camera or its points",
         )
     if all_frames < LEAST_ON_PERSON:
         return (

@@ -11,7 +11,7 @@ import numpy as np
 
 from pytracker._core import KEY_JOINTS, BodyEstimate, BodyTracker, TrackingError
 from pytracker.body_methods import BodyMethod
-from pytracker.evidence.borne_out import BorneOut
+from pytracker.evidence.borne_out import BorneOut, head_off
 from pytracker.evidence.sightings import Progress
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
 from pytracker.formats.video import frames
@@ -40,6 +40,7 @@ class BodyTrack(Track):
         angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad.
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
+        head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
     """
 
     method: BodyMethod
@@ -49,6 +50,7 @@ class BodyTrack(Track):
     angles: Array
     blobs: Array
     on_person: Array
+    head_off_m: Array
 
 
 def make_tracker(recording: BodyRecording, method: BodyMethod, seed: int = 0) -> BodyTracker:
@@ -91,7 +93,7 @@ def track_body(
     times: list[float] = []
     lost = ""
     on_person: list[float] = []
-    borne_out = BorneOut(recording.view.camera)
+    borne_out, at_first = BorneOut(recording.view.camera), np.full(2, np.nan)
     for frame_time_s, evidence in _ahead(recording, silhouette, stage_s):
         times.append(frame_time_s)
         if lost:
@@ -107,6 +109,9 @@ def track_body(
         except TrackingError as error:
             lost = f"frame {len(times) - 1}: {error}"
         stage_s["filter"] += time.perf_counter() - at
+        if len(times) == 1:
+            first = recording.skeleton.joints(recording.initial[None])
+            at_first = head_off(recording.view.camera, {name: rows[0] for name, rows in first.items()}, evidence)
         if not lost:
             mean, _, sd, *_ = estimates[-1].joints
             means, sds = (dict(zip(KEY_JOINTS, rows, strict=True)) for rows in (mean, sd))
@@ -117,7 +122,9 @@ def track_body(
             progress("track", len(times))
     if not estimates:
         raise TrackingError(lost)
-    track = _assemble(recording, method, seed, tracker, np.array(times), estimates, on_person, borne_out, stage_s, lost)
+    track = _assemble(
+        recording, method, seed, tracker, np.array(times), estimates, on_person, at_first, borne_out, stage_s, lost
+    )
     if lost:
         loss = TrackingError(lost)
         loss.track = track
@@ -165,6 +172,7 @@ def _assemble(
     time_s: Array,
     estimates: list[BodyEstimate],
     on_person: list[float],
+    head_off_m: Array,
     borne_out: BorneOut,
     stage_s: dict[str, float],
     lost: str,
@@ -206,6 +214,7 @@ def _assemble(
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
         blobs=blobs,
         on_person=np.array(on_person),
+        head_off_m=head_off_m,
         stage_s=stage_s,
         lost=lost,
     )

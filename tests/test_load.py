@@ -189,3 +189,40 @@ def test_a_mount_that_is_rounded_changes_no_length(folder: Path) -> None:
     exact = load_arm(folder).imus[0].acc
     rounded = load_arm(edit(folder, 'segment = "right_forearm"', "mount = [0.99, 0.0, 0.0, 0.0]")).imus[0].acc
     assert np.allclose(rounded, exact)
+
+
+def test_a_truth_cell_far_off_is_a_gap_and_is_said(folder: Path) -> None:
+    path = folder / "qualisys.tsv"
+    lines = path.read_text().splitlines()
+    cells = lines[150].split("\t")
+    lines[150] = "\t".join([*cells[:-1], "1000000.0"])
+    path.write_text("\n".join(lines) + "\n")
+    recording = load_arm(folder)
+    (warning,) = recording.warnings
+    assert "1 of 301 rows are such and are left out" in warning
+    scores = pt.evaluate(pt.track(recording, pt.Mixture()), recording.truth)
+    assert scores.joints["wrist"].worst_m < 1.0
+
+
+def test_a_shoulder_that_is_elsewhere_is_said(folder: Path) -> None:
+    recording = load_arm(edit(folder, "shoulder_m = [0.1, 0.0, 0.25]", "shoulder_m = [0.1, 0.0, 0.37]"))
+    assert "the shoulder is at [0.1, 0.0, 0.25] m (median), 0.12 m from shoulder_m" in recording.warnings[0]
+
+
+def test_warnings_do_not_say_where_a_folder_lies(folder: Path) -> None:
+    recording = load_arm(edit(folder, "shoulder_m = [0.1, 0.0, 0.25]", "shoulder_m = [0.1, 0.0, 0.37]"))
+    assert recording.warnings
+    assert str(folder) not in " ".join(recording.warnings)
+
+
+def test_a_thousand_frames_a_second_are_all_kept() -> None:
+    from pytracker.evidence.camshift import PatchTrack  # noqa: PLC0415
+    from pytracker.evidence.sightings import _merge  # noqa: PLC0415
+
+    count = 500
+    time_s = np.arange(count) / 1000.0
+    track = PatchTrack(
+        time_s, np.zeros((count, 2)), np.ones(count, bool), ("",) * count, np.ones(count), np.zeros((count, 4), int)
+    )
+    assert len(_merge([time_s], [track]).time_s) == count
+    assert len(_merge([time_s, time_s + 1e-4], [track, track]).time_s) == count

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -99,3 +100,22 @@ def test_a_pose_beside_the_person_is_told(body: pt.BodyRecording) -> None:
     looked = BorneOut(body.view.camera)
     looked.look(0.0, joints, unsure, evidence)
     assert "left wrist: not known across the picture" in looked.reasons()[0]
+
+
+def test_points_a_tenth_too_large_are_told(simulated_body: Path, tmp_path: Path) -> None:
+    """The camera that is fitted to them sees a person who is too small, and elsewhere."""
+    folder = shutil.copytree(simulated_body, tmp_path / "large")
+    right = pt.track(pt.load(folder), pt.Partitioned(particles=50))
+    assert pt.doubts(right) == ()
+    path = folder / "points.csv"
+    header, *lines = path.read_text().splitlines()
+    rows = [line.split(",") for line in lines]
+    scaled = [",".join([*(f"{1.1 * float(x):.5f}" for x in row[:3]), *row[3:]]) for row in rows]
+    path.write_text("\n".join([header, *scaled]) + "\n")
+    (words,) = pt.doubts(pt.track(pt.load(folder), pt.Partitioned(particles=50)))
+    assert "at the first frame the person's head is" in words
+
+
+def test_of_people_that_are_described_rightly_nothing_is_said(tracked: list[tuple[Path, pt.BodyTrack]]) -> None:
+    for _, track in tracked:
+        assert pt.doubts(track) == ()

@@ -192,3 +192,11 @@ def test_it_takes_no_folder_that_is_something_else(tmp_path: Path) -> None:
         pt.run_study(small(), tmp_path / "letters")
     with pytest.raises(pt.InputError, match="workers is 0, expected 1 or more"):
         pt.run_study(small(), tmp_path / "out", workers=0)
+
+
+def test_a_name_that_a_spreadsheet_would_run_is_written_as_a_word(tmp_path: Path) -> None:
+    recording = pt.StudyRecording(name="=1+1", scene=pt.ArmScene(duration_s=1.0), pixel_sd=4.0)
+    study = pt.Study(recordings=(recording,), methods=(pt.Layered(particles=5),), seeds=(1,))
+    pt.run_study(study, tmp_path / "out")
+    table = (tmp_path / "out" / "table.csv").read_text().splitlines()
+    assert table[1].startswith("'=1+1,")

@@ -11,6 +11,7 @@ import pytest
 
 import pytracker as pt
 from pytracker.formats import video
+from pytracker.formats.container import missing_bytes
 
 
 def write_video(path: Path, count: int = 30, rate: float = 25.0, fourcc: str = "mp4v") -> Path:
@@ -96,3 +97,16 @@ def test_streaming_needs_no_memory(tmp_path: Path) -> None:
     frames = video.frames(write_video(tmp_path / "a.mp4"))
     assert next(frames).index == 0
     frames.close()  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(("name", "fourcc"), [("a.avi", "MJPG"), ("a.mkv", "mp4v")])
+@pytest.mark.parametrize("share", [0.02, 0.05, 0.09])
+def test_a_little_is_missing_at_the_end(tmp_path: Path, name: str, fourcc: str, share: float) -> None:
+    """Less than a tenth: the container's own sizes tell."""
+    path = write_video(tmp_path / name, count=100, fourcc=fourcc)
+    whole = path.read_bytes()
+    assert missing_bytes(path) == 0
+    path.write_bytes(whole[: int(len(whole) * (1 - share))])
+    with pytest.raises(pt.InputError, match=r"bytes are missing at its end .* expected a whole file: it is cut short"):
+        video.probe(path)
+    assert "the file is cut short or damaged" in message(path)
