@@ -168,8 +168,8 @@ def _of_body(track: BodyTrack) -> tuple[str, ...]:
     if abs(right_m) > HEAD_BESIDE_M or abs(below_m) > HEAD_ABOVE_M:
         side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
         return (
-            f"{where}: at the first frame the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's and "
-            f"{100 * abs(below_m):.0f} cm {height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and "
+            f"{where}: at the first frame the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's "
+            f"and {100 * abs(below_m):.0f} cm {height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and "
             f"{100 * HEAD_ABOVE_M:.0f} cm: check the first pose, the skeleton's size, and the camera or its points",
         )
     if all_frames < LEAST_ON_PERSON:
