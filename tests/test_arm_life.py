@@ -109,6 +109,24 @@ def test_after_a_pause_of_both_it_starts_again(method: ArmMethod, pause_s: float
         assert (np.abs(wrist.mean - true) < 2 * wrist.sd + 0.02)[new].mean() > 0.9
 
 
+@pytest.mark.parametrize("seen_at_once", [False, True])
+def test_a_long_gap_in_the_frames_alone_is_survived(seen_at_once: bool) -> None:
+    """The IMU goes on for 25 s; the first frames after it may not show the patch."""
+    recording, sightings = played(pt.ArmScene(duration_s=32.0), 5)
+    frames = (sightings.time_s < 3) | (sightings.time_s > 28)
+    pixels = sightings.pixels.copy()
+    if not seen_at_once:
+        pixels[(sightings.time_s > 28) & (sightings.time_s < 28.2)] = np.nan
+    seen = Sightings.of(sightings.time_s[frames], pixels[frames])
+    track = pt.track(recording, pt.Mixture(), 1, sightings=seen)
+    assert recording.truth is not None
+    off = np.linalg.norm(track.joints["wrist"].mean - recording.truth.at("wrist", seen.time_s), axis=1)
+    assert not track.lost
+    assert np.isfinite(off).all()
+    later = seen.time_s > 29
+    assert off[later].max() < 0.4
+
+
 def test_a_pause_online_and_offline_are_the_same_bits() -> None:
     recording, sightings = played(pt.ArmScene(duration_s=8.0), 5)
     imu = recording.imus[0]

@@ -15,9 +15,9 @@ use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// A component splits, into as many in all as are kept and as many again, where the second order of the arm's length exceeds this share of its standard deviation.
+/// A component splits where the second order of the arm's length exceeds this share of the length's standard deviation.
 const BENT: f64 = 0.2;
-/// Components while they are split, and after they have been merged.
+/// There may be so many times the components that are kept, while they are split; then they are merged.
 const SPLIT_TO: usize = 2;
 const MERGE_WITHIN: f64 = 0.5;
 const LEAST_WEIGHT: f64 = 1e-4;
@@ -52,7 +52,8 @@ struct Seen<'a> {
 }
 
 impl ArmMixture {
-    /// About the arm's start; at most `most` components: with one it is an iterated extended Kalman filter; `is_held` by the arm's length, `is_rested`: still while the IMU is.
+    /// About the arm's start; at most `most` components: with one it is an iterated extended Kalman filter; `is_held` by
+    /// the arm's length, `is_rested`: still while the IMU is.
     pub fn new(arm: &Arm, noise: &Noise, is_held: bool, is_rested: bool, most: usize) -> Self {
         let layout = Layout::new(noise);
         let (mean, sd) = layout.start(arm, noise);

@@ -89,7 +89,8 @@ impl WornMotion {
         self.elapsed_s += dt;
     }
 
-    /// Move a Gaussian whose first columns are the core; the others, drawn back by `others` (first column, how many, process), do not mix.
+    /// Move a Gaussian whose first columns are the core; the others, drawn back by `others` (first column, how many,
+    /// process), do not mix.
     pub fn predict(
         &self,
         mean: &mut DVector<f64>,
@@ -99,13 +100,12 @@ impl WornMotion {
         let dim = mean.len();
         let core = self.transition * mean.fixed_rows::<CORE>(0) + self.input;
         mean.fixed_rows_mut::<CORE>(0).copy_from(&core);
-        let mut kept = DVector::from_element(dim, 1.0);
+        let (mut kept, mut gains) = (DVector::from_element(dim, 1.0), DVector::zeros(dim));
         for (column, width, process) in others {
             let (keep, gained) = process.step(self.elapsed_s);
             for d in *column..column + width {
-                kept[d] = keep;
+                (kept[d], gains[d]) = (keep, gained);
                 mean[d] *= keep;
-                covariance[(d, d)] += gained / (keep * keep);
             }
         }
         let square =
@@ -121,6 +121,7 @@ impl WornMotion {
             for row in CORE..dim {
                 covariance[(row, column)] *= kept[row] * kept[column];
             }
+            covariance[(column, column)] += gains[column];
         }
     }
 }
@@ -186,5 +187,19 @@ mod tests {
         motion.predict(&mut mean, &mut covariance, &[(CORE, 3, other)]);
         assert!((covariance - expected).amax() < 1e-12);
         assert!((mean - expected_mean).amax() < 1e-12);
+    }
+
+    /// After a gap in which all of it is forgotten, what is drawn back has the spread of its start, and is a number.
+    #[test]
+    fn a_long_gap_forgets() {
+        let mut motion = WornMotion::none();
+        motion.elapsed_s = 1000.0;
+        let dim = 15;
+        let (mut mean, mut covariance) = (DVector::from_element(dim, 0.02), DMatrix::identity(dim, dim));
+        motion.predict(&mut mean, &mut covariance, &[(CORE, 3, GaussMarkov { start_sd: 0.017, density: 0.025 })]);
+        assert!(covariance.iter().all(|value| value.is_finite()));
+        for d in CORE..dim {
+            assert!(mean[d].abs() < 1e-12 && (covariance[(d, d)] - 0.017 * 0.017).abs() < 1e-12);
+        }
     }
 }

@@ -64,8 +64,9 @@ impl Mixture {
         self.components.iter_mut().for_each(|component| change(&mut component.gaussian));
     }
 
-    /// Correct every component by what `linearise` says about a state, given the component's covariance (nothing: it has nothing to say), relinearised
-    /// `times` times; weigh them by their evidence. Returns the log evidence of all; none where nothing was said.
+    /// Correct every component by what `linearise` says about a state, given the component's covariance (nothing: it has
+    /// nothing to say), relinearised `times` times; weigh them by their evidence. Returns the log evidence of all; none
+    /// where nothing was said.
     ///
     /// # Errors
     /// [`crate::Error::Singular`], at the time given; what `linearise` gives.
@@ -183,7 +184,7 @@ fn parts(whole: &Component, direction: &DVector<f64>) -> Vec<Component> {
         .collect()
 }
 
-/// Squared distance of two means in the wider one's terms, largest over the columns: cheap, and enough to tell apart.
+/// Squared distance of two means in the narrower one's terms, largest over the columns: cheap, and enough to tell apart.
 fn distance(a: &Component, b: &Component) -> f64 {
     let apart = &a.gaussian.mean - &b.gaussian.mean;
     let variance = |d: usize| a.gaussian.covariance[(d, d)].min(b.gaussian.covariance[(d, d)]).max(f64::MIN_POSITIVE);
