@@ -10,6 +10,7 @@ from pytracker.recording import Arm, Camera, WeakPerspective
 from pytracker.skeleton import Bone, Part
 
 __all__ = [
+    "ARM_DOUBTS",
     "KEY_JOINTS",
     "ArmTracker",
     "BodyEstimate",
@@ -26,6 +27,7 @@ __all__ = [
 ]
 
 __version__: str
+ARM_DOUBTS: tuple[str, ...]
 KEY_JOINTS: tuple[str, ...]
 
 class InputError(ValueError): ...

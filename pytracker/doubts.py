@@ -12,7 +12,7 @@ from collections import Counter
 
 import numpy as np
 
-from pytracker._core import InputError, TrackingError
+from pytracker._core import ARM_DOUBTS, InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
 from pytracker.joint_track import Track
 from pytracker.methods import ArmMethod, Ekf, Mixture
@@ -55,12 +55,6 @@ AS_GOOD = 8.0
 
 FEW_UNSEEN = 0.2
 """Fewer frames without the patch are usual."""
-IMPLAUSIBLE = (
-    "the wrist is beyond the arm's reach and its own band",
-    "the cloud of particles has collapsed",
-    "the estimate lies beside the patch that is seen",
-)
-"""What the tracker says of an estimate that no arm can have (`rust/arm/plausible.rs`): worth a word at any share."""
 
 HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
 """The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
@@ -72,8 +66,9 @@ LEAST_ON_PERSON = 0.6
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
-    An arm is tracked again, by the mixture with one component, under other descriptions (`pytracker.suspects`):
-    heading, clock, mount, lengths, shoulder, camera. A body's key joints should have foreground about them.
+    An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`pytracker.suspects`): heading,
+    clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. A body's key joints should
+    have foreground about them, and its head be where the person's is.
     """
     if isinstance(track, ArmTrack):
         return _of_arm(track.recording, track.sightings, track.method.pixel_sd)
@@ -102,7 +97,7 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
 
 
 def _first(sightings: Sightings) -> Sightings:
-    """The first frames in which the patch was seen, and all between them."""
+    """Of the first `MOST_FRAMES` frames."""
     if len(sightings.time_s) <= MOST_FRAMES:
         return sightings
     return Sightings(sightings.time_s[:MOST_FRAMES], sightings.pixels[:MOST_FRAMES], sightings.reasons[:MOST_FRAMES])
@@ -143,7 +138,7 @@ def unbelieved(track: Track) -> tuple[str, ...]:
     """
     counts = Counter(words for reason in track.reason if reason for words in reason.split("; "))
     bad = int((~track.valid).sum())
-    if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in IMPLAUSIBLE)):
+    if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in ARM_DOUBTS)):
         return ()
     named = ", ".join(f"{words} ({count})" for words, count in counts.most_common(3))
     share = bad / len(track.valid)

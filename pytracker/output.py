@@ -222,11 +222,22 @@ def whole_file(path: Path, *, force: bool = True) -> Iterator[Path]:
         if force:
             partial.replace(path)
         else:
-            path.hardlink_to(partial)
+            _place(partial, path)
     except FileExistsError:
         raise InputError(f"{path}: appeared while this ran, expected a new file; it is not replaced") from None
     finally:
         partial.unlink(missing_ok=True)
+
+
+def _place(partial: Path, path: Path) -> None:
+    """`partial` under its final name too, or `FileExistsError`: at once where the file system knows hard links."""
+    try:
+        path.hardlink_to(partial)
+    except FileExistsError:
+        raise
+    except OSError:  # such as on a memory stick
+        path.touch(exist_ok=False)
+        partial.replace(path)
 
 
 def write_whole(path: Path, text: str, *, force: bool = True) -> None:

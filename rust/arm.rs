@@ -17,12 +17,14 @@
 //! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
 //! | [`worn`] | not in the paper: the motion of a worn sensor, whose orientation is not quite right |
+//! | [`measurements`] | not in the paper: what a frame measures of that state, with slopes |
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`tracker`] | the online tracker over all of them |
 
 pub mod colour;
 pub mod ekf;
 pub mod length;
+pub mod measurements;
 pub mod mixture;
 pub mod motion;
 pub mod particle;

@@ -2,8 +2,7 @@
 //!
 //! Nothing is computed here, and nothing outside `rust/python` knows Python.
 
-// Arguments are extracted for the call and belong to it.
-#![allow(clippy::needless_pass_by_value)]
+#![allow(clippy::needless_pass_by_value)] // arguments are extracted for the call and belong to it
 
 mod arm;
 mod body;
@@ -65,7 +64,8 @@ mod _core {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::border::remember_process();
-        // A tuple: nobody may change it.
+        // Tuples: nobody may change them.
+        module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
         module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), super::body::key_joints())?)
     }
 }

@@ -16,7 +16,7 @@ def opened(browser: Browser, path: Path, width: int, scheme: str) -> Page:
     """A page without any fault: nothing said on the console, every image drawn and described, no sideways scrolling,
     nothing fetched from elsewhere.
     """
-    page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)  # type: ignore[arg-type]
+    page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)  # type: ignore[arg-type]  # one of two words
     said: list[str] = []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))

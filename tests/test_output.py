@@ -249,6 +249,25 @@ def test_a_file_that_appears_meanwhile_stays(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
+def test_a_file_is_placed_where_no_hard_links_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As on a memory stick."""
+
+    def refused(self: Path, target: Path) -> None:
+        if self.exists():
+            raise FileExistsError
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(Path, "hardlink_to", refused)
+    path = tmp_path / "frame.png"
+    with whole_file(path, force=False) as partial:
+        partial.write_text("new")
+    assert path.read_text() == "new"
+    with pytest.raises(pt.InputError, match="appeared while this ran"), whole_file(path, force=False) as partial:
+        partial.write_text("newer")
+    assert path.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
 def stopped(command: list[str], folder: Path, wait_for: str, number: int = signal.SIGINT) -> tuple[int, str, float]:
     """Exit status, what was said on the error stream, and how long it took to stop, s."""
     handler = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL

@@ -183,8 +183,7 @@ def inspect(
     warn(recording.warnings)
     with frames_bar(quiet) as progress:
         cycle = pt.record_cycle(recording, chosen, seed, frame=number, progress=progress)
-    # Matplotlib takes a third of a second to import: only who draws pays for it.
-    from pytracker.report.cycle_figures import one_cycle  # noqa: PLC0415
+    from pytracker.report.cycle_figures import one_cycle  # noqa: PLC0415 - Matplotlib is slow
 
     write_whole(out, one_cycle(cycle), force=force)
     say(f"wrote {out}", quiet)

@@ -75,11 +75,10 @@ def _write_page(
 ) -> None:
     if progress is not None:
         progress("report", 0)
-    # Matplotlib takes a third of a second to import: only a report pays for it.
-    from pytracker.report.arm_overlay import write_arm_overlay  # noqa: PLC0415
-    from pytracker.report.arm_page import render_arm_page  # noqa: PLC0415
-    from pytracker.report.body_overlay import write_body_overlay  # noqa: PLC0415
-    from pytracker.report.body_page import render_body_page  # noqa: PLC0415
+    from pytracker.report.arm_overlay import write_arm_overlay  # noqa: PLC0415 - Matplotlib is slow
+    from pytracker.report.arm_page import render_arm_page  # noqa: PLC0415 - Matplotlib is slow
+    from pytracker.report.body_overlay import write_body_overlay  # noqa: PLC0415 - Matplotlib is slow
+    from pytracker.report.body_page import render_body_page  # noqa: PLC0415 - Matplotlib is slow
 
     arms = [track for track in tracks if isinstance(track, ArmTrack)]
     bodies = [track for track in tracks if isinstance(track, BodyTrack)]

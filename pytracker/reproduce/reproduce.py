@@ -59,8 +59,7 @@ def reproduce(
     out = _folder(Path(out), paper)
     study = of.make_study(tuple(range(1, seeds + 1)), duration_s)
     table = run_study(study, out / "study", workers=workers, progress=progress)
-    # Matplotlib takes a third of a second to import: only who draws pays for it.
-    from pytracker.reproduce import li_kulic_page, tao_hu_page  # noqa: PLC0415
+    from pytracker.reproduce import li_kulic_page, tao_hu_page  # noqa: PLC0415 - Matplotlib is slow
 
     make_page = tao_hu_page.make_page if paper == "tao-hu" else li_kulic_page.make_page
     page = out / "index.html"

@@ -10,6 +10,13 @@ use crate::quaternion::Quaternion;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+/// What is said of an estimate: beyond the arm's reach, collapsed, beside the patch.
+pub const DOUBTS: [&str; 3] = [
+    "the wrist is beyond the arm's reach and its own band",
+    "the cloud of particles has collapsed",
+    "the estimate lies beside the patch that is seen",
+];
+
 /// A shoulder that is taken to be still moves by as much, and lengths are measured that badly, m.
 const SLACK_M: f64 = 0.10;
 /// Standard deviations of a 95 % band.
@@ -69,11 +76,11 @@ impl Plausibility {
         let is_beyond = is_beyond_reach(estimate, judged.arm);
         self.beyond_since_s = if is_beyond { self.beyond_since_s.or(Some(estimate.time_s)) } else { None };
         if is_beyond {
-            Some("the wrist is beyond the arm's reach and its own band")
+            Some(DOUBTS[0])
         } else if self.narrow_frames >= FRAMES {
-            Some("the cloud of particles has collapsed")
+            Some(DOUBTS[1])
         } else if self.aside > ASIDE {
-            Some("the estimate lies beside the patch that is seen")
+            Some(DOUBTS[2])
         } else {
             None
         }

@@ -107,6 +107,9 @@ impl ArmTracker {
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
             Method::Mixture { corrections, components } => {
                 require((1..=100).contains(&components), "components", components as f64, "1 to 100")?;
+                // Its motion mixes both (`worn::CORE`).
+                require(noise.bias.is_some(), "bias", f64::NAN, "estimated, by a mixture")?;
+                require(noise.tilt.is_some(), "tilt", f64::NAN, "estimated, by a mixture")?;
                 let by = |correction| corrections.contains(&correction);
                 let (is_held, is_rested) = (by(Correction::ArmLength), by(Correction::Rest));
                 Filter::Mixture(ArmMixture::new(&arm, &noise, is_held, is_rested, components))

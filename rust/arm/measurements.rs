@@ -1,0 +1,280 @@
+//! What a frame measures of a worn arm's state, each with its slope: the patch's pixel, the upper arm's length, rest.
+//!
+//! Not in the paper. The state is that of [`super::mixture`]; a slope is a derivative by all its columns.
+
+use super::colour::Sighting;
+use super::particle::Frame;
+use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
+use crate::filter::{Gaussian, Linear};
+use crate::{Error, Result};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+
+/// What a measurement reads of a frame, the same for all components.
+pub struct Seen<'a> {
+    layout: Layout,
+    /// The arm.
+    pub arm: &'a Arm,
+    /// What noise is assumed.
+    pub noise: &'a Noise,
+    frame: &'a Frame<'a>,
+    world_sensor: Matrix3<f64>,
+    /// Wrist to elbow in the world, as measured.
+    forearm: Vector3<f64>,
+}
+
+/// A component splits where the second order of the arm's length exceeds this share of the length's standard deviation.
+const BENT: f64 = 0.2;
+/// A sighting farther off than this (squared, in standard deviations) is trusted less, as a Student's t would.
+const ROBUST: f64 = 9.0;
+
+impl<'a> Seen<'a> {
+    /// Of a frame.
+    pub fn new(layout: Layout, arm: &'a Arm, noise: &'a Noise, frame: &'a Frame<'a>) -> Self {
+        let forearm = frame.world_sensor.rotate(arm.elbow_in_sensor());
+        Self { layout, arm, noise, frame, world_sensor: frame.world_sensor.to_matrix(), forearm }
+    }
+
+    fn by_position(&self) -> DMatrix<f64> {
+        let mut slope = DMatrix::zeros(3, self.layout.dim);
+        slope.fixed_view_mut::<3, 3>(0, POSITION).copy_from(&Matrix3::identity());
+        slope
+    }
+
+    /// The wrist when the camera sees it, which is a little later than the IMU's clock says; and its slope `(3, D)`.
+    pub fn wrist(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let (mut wrist, mut slope): (Vector3<f64>, _) = (state.fixed_rows::<3>(POSITION).into(), self.by_position());
+        if let Some(column) = self.layout.clock {
+            let velocity: Vector3<f64> = state.fixed_rows::<3>(VELOCITY).into();
+            wrist += velocity * state[column];
+            slope.fixed_view_mut::<3, 3>(0, VELOCITY).copy_from(&(Matrix3::identity() * state[column]));
+            slope.fixed_view_mut::<3, 1>(0, column).copy_from(&velocity);
+        }
+        (wrist, slope)
+    }
+
+    /// The small turn by which the orientation is off.
+    fn turn(&self, state: &DVector<f64>) -> Matrix3<f64> {
+        let theta = self.layout.tilt.map_or_else(Vector3::zeros, |column| state.fixed_rows::<3>(column).into());
+        Matrix3::identity() + theta.cross_matrix()
+    }
+
+    /// A vector of the sensor's frame, `arm` in the world as measured: turned by the orientation's error; and its slope.
+    fn turned(&self, state: &DVector<f64>, arm: Vector3<f64>) -> (Vector3<f64>, Option<(usize, Matrix3<f64>)>) {
+        (self.turn(state) * arm, self.layout.tilt.map(|column| (column, -arm.cross_matrix())))
+    }
+
+    /// The elbow when the camera sees the wrist, and its slope `(3, D)`.
+    pub fn elbow_seen(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let ((elbow, mut slope), (wrist, by_wrist)) = (self.elbow(state), self.wrist(state));
+        slope += by_wrist - self.by_position();
+        (elbow + wrist - state.fixed_rows::<3>(POSITION), slope)
+    }
+
+    /// The elbow by the IMU's clock, world, m, and its slope `(3, D)`.
+    fn elbow(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let (forearm, by_tilt) = self.turned(state, self.forearm);
+        let mut slope = self.by_position();
+        if let Some((column, by_tilt)) = by_tilt {
+            slope.fixed_view_mut::<3, 3>(0, column).copy_from(&by_tilt);
+        }
+        (state.fixed_rows::<3>(POSITION) + forearm, slope)
+    }
+
+    /// The upper arm, shoulder to elbow, and its slope.
+    fn upper_arm(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let (elbow, mut slope) = self.elbow(state);
+        let mut shoulder = self.arm.shoulder;
+        if let Some(column) = self.layout.shoulder {
+            shoulder += state.fixed_rows::<3>(column);
+            slope.fixed_view_mut::<3, 3>(0, column).copy_from(&-Matrix3::identity());
+        }
+        (elbow - shoulder, slope)
+    }
+
+    /// The patch's pixel; one that is far off is trusted less.
+    ///
+    /// # Errors
+    /// [`Error::RanAway`]: it is behind the camera.
+    pub fn patch(
+        &self,
+        sighting: &Sighting<'_>,
+        state: &DVector<f64>,
+        covariance: &DMatrix<f64>,
+    ) -> Result<Option<Linear>> {
+        let mut offset = sighting.view.patch_offset;
+        if let Some(column) = self.layout.offset {
+            offset += state.fixed_rows::<3>(column);
+        }
+        let (glued, by_tilt) = self.turned(state, self.world_sensor * offset);
+        let (wrist, by_state) = self.wrist(state);
+        let time_s = self.frame.time_s;
+        let seen = sighting.view.camera.project_with_jacobian(wrist + glued);
+        let (pixel, by_patch) = seen.ok_or(Error::RanAway { time_s })?;
+        let by_state = by_patch * by_state;
+        let mut slope = DMatrix::from_fn(2, self.layout.dim, |r, c| by_state[(r, c)]);
+        if let Some((column, by_tilt)) = by_tilt {
+            slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * by_tilt));
+        }
+        if let Some(column) = self.layout.offset {
+            slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * self.turn(state) * self.world_sensor));
+        }
+        let residual = sighting.pixel - pixel;
+        let variance = self.noise.pixel_sd * self.noise.pixel_sd;
+        let spread = &slope * covariance * slope.transpose();
+        let far = (0..2).map(|d| residual[d] * residual[d] / (variance + spread[(d, d)])).sum::<f64>();
+        let noise = DMatrix::from_diagonal_element(2, 2, variance * (far / ROBUST).max(1.0));
+        Ok(Some((DVector::from_column_slice(residual.as_slice()), slope, noise)))
+    }
+
+    /// The upper arm's length, to second order: a place that is known to within a ball is farther from the shoulder, on
+    /// average, than the ball's centre is. None where it has no direction.
+    pub fn length(&self, state: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<Linear> {
+        let (upper_arm, by_state) = self.upper_arm(state);
+        let length = upper_arm.norm();
+        if length <= 0.0 {
+            return None;
+        }
+        let along = upper_arm / length;
+        let slope = along.transpose() * &by_state;
+        let spread = &by_state * covariance * by_state.transpose();
+        let bend = (Matrix3::identity() - along * along.transpose()) / length;
+        let bent: Matrix3<f64> = bend * Matrix3::from_fn(|r, c| spread[(r, c)]);
+        let (more, more_variance) = (0.5 * bent.trace(), 0.5 * (bent * bent).trace());
+        let sd = self.length_sd(along);
+        let residual = DVector::from_element(1, self.arm.upper_arm_m - length - more);
+        let noise = DMatrix::from_element(1, 1, sd * sd + more_variance);
+        Some((residual, DMatrix::from_row_slice(1, self.layout.dim, slope.as_slice()), noise))
+    }
+
+    /// Of the length, along the upper arm: itself, and a forearm that lies beside the sensor's axis or has turned unseen.
+    fn length_sd(&self, along: Vector3<f64>) -> f64 {
+        let turn = self.noise.forearm_sd.hypot(super::length::TURN_RATE * self.frame.stale_s);
+        self.noise.arm_length_sd.hypot(turn * along.cross(&self.forearm).norm())
+    }
+
+    /// No velocity.
+    pub fn rest(&self, state: &DVector<f64>) -> Linear {
+        let slope = DMatrix::from_fn(3, self.layout.dim, |r, c| f64::from(u8::from(c == VELOCITY + r)));
+        let noise = DMatrix::from_diagonal_element(3, 3, self.noise.rest_speed * self.noise.rest_speed);
+        (-state.rows(VELOCITY, 3), slope, noise)
+    }
+
+    /// The direction in which a component is so wide that the arm's length bends over it.
+    pub fn bent(&self, gaussian: &Gaussian) -> Option<DVector<f64>> {
+        let spread: Matrix3<f64> = gaussian.covariance.fixed_view::<3, 3>(POSITION, POSITION).into_owned();
+        let eigen = spread.symmetric_eigen();
+        let widest = eigen.eigenvalues.imax();
+        let (variance, direction) = (eigen.eigenvalues[widest], eigen.eigenvectors.column(widest).into_owned());
+        let (upper_arm, _) = self.upper_arm(&gaussian.mean);
+        let length = upper_arm.norm().max(0.05);
+        let across = 1.0 - (upper_arm.dot(&direction) / length).powi(2);
+        let sd = self.length_sd(upper_arm / length);
+        (0.5 * across * variance / length > BENT * sd).then(|| {
+            let mut whole = DVector::zeros(self.layout.dim);
+            whole.fixed_rows_mut::<3>(POSITION).copy_from(&direction);
+            whole
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::state::{GaussMarkov, View};
+    use super::*;
+    use crate::camera::Camera;
+    use crate::quaternion::Quaternion;
+    use nalgebra::Vector2;
+
+    const STEP: f64 = 1e-6;
+
+    fn noise() -> Noise {
+        let some = |start_sd| Some(GaussMarkov { start_sd, density: 0.01 });
+        let (bias, tilt, offset) = (some(0.1), some(0.02), some(0.01));
+        Noise { bias, tilt, offset, shoulder: some(0.02), clock: some(0.05), ..Noise::default() }
+    }
+
+    fn arm() -> Arm {
+        let shoulder = Vector3::new(0.1, -0.05, 0.2);
+        Arm { shoulder, upper_arm_m: 0.3, forearm_m: 0.25, wrist_start: Vector3::new(0.2, 0.1, -0.1) }
+    }
+
+    fn view() -> View {
+        let matrix = Matrix3::new(700.0, 0.0, 320.0, 0.0, 650.0, 240.0, 0.0, 0.0, 1.0);
+        let camera = Camera::new(matrix, [0.0; 5], Matrix3::identity(), Vector3::new(0.0, 0.0, 2.0)).unwrap();
+        View { camera, patch_offset: Vector3::new(0.02, -0.01, 0.03) }
+    }
+
+    /// Some state in which nothing is zero.
+    fn state(layout: Layout) -> DVector<f64> {
+        DVector::from_fn(layout.dim, |d, _| 0.03 * (1.7 * d as f64 + 0.4).sin() + if d < 6 { 0.15 } else { 0.0 })
+    }
+
+    fn with_seen(check: impl Fn(&Seen<'_>, &Sighting<'_>)) {
+        let (arm, noise, view) = (arm(), noise(), view());
+        let frame = Frame::empty(1.0, Quaternion::from_wxyz([0.5, 0.1, -0.7, 0.5]));
+        let seen = Seen::new(Layout::new(&noise), &arm, &noise, &frame);
+        check(&seen, &Sighting { view: &view, pixel: Vector2::new(300.0, 250.0) });
+    }
+
+    /// What falls in the residual as a column grows is the slope.
+    fn is_slope_of(residual: impl Fn(&DVector<f64>) -> DVector<f64>, slope: &DMatrix<f64>, at: &DVector<f64>) {
+        for d in 0..at.len() {
+            let (mut more, mut less) = (at.clone(), at.clone());
+            more[d] += STEP;
+            less[d] -= STEP;
+            let falls = (residual(&less) - residual(&more)) / (2.0 * STEP);
+            assert!((falls - slope.column(d)).amax() < 1e-5 * (1.0 + slope.amax()), "column {d}");
+        }
+    }
+
+    #[test]
+    fn slopes_are_derivatives() {
+        with_seen(|seen, sighting| {
+            let (at, none) = (state(seen.layout), DMatrix::zeros(seen.layout.dim, seen.layout.dim));
+            let patch = |x: &DVector<f64>| seen.patch(sighting, x, &none).unwrap().unwrap();
+            is_slope_of(|x| patch(x).0, &patch(&at).1, &at);
+            let length = |x: &DVector<f64>| seen.length(x, &none).unwrap();
+            is_slope_of(|x| length(x).0, &length(&at).1, &at);
+            is_slope_of(|x| seen.rest(x).0, &seen.rest(&at).1, &at);
+            let place = |(place, _): (Vector3<f64>, DMatrix<f64>)| DVector::from_column_slice((-place).as_slice());
+            is_slope_of(|x| place(seen.elbow_seen(x)), &seen.elbow_seen(&at).1, &at);
+        });
+    }
+
+    /// A place known to within a ball is farther off, and by a length less known, than its middle: by quadrature.
+    #[test]
+    fn the_length_is_of_second_order() {
+        with_seen(|seen, _| {
+            let (at, sd) = (state(seen.layout), 0.03);
+            let mut covariance = DMatrix::zeros(seen.layout.dim, seen.layout.dim);
+            covariance.fixed_view_mut::<3, 3>(POSITION, POSITION).fill_diagonal(sd * sd);
+            let (known, unknown) = (
+                seen.length(&at, &DMatrix::zeros(at.len(), at.len())).unwrap(),
+                seen.length(&at, &covariance).unwrap(),
+            );
+            // Sigma points at the square root of 3: exact for a Gaussian up to the fifth order.
+            let residual = |x: &DVector<f64>| seen.arm.upper_arm_m - seen.upper_arm(x).0.norm();
+            let moved = |d: usize, by: f64| {
+                let mut x = at.clone();
+                x[POSITION + d] += by * 3f64.sqrt() * sd;
+                residual(&x)
+            };
+            let mean: f64 = (0..3).map(|d| (moved(d, 1.0) + moved(d, -1.0) - 2.0 * residual(&at)) / 6.0).sum();
+            assert!(mean < -0.001 && (unknown.0[0] - known.0[0] - mean).abs() < 0.05 * mean.abs(), "{mean}");
+            assert!(unknown.2[(0, 0)] > known.2[(0, 0)]);
+        });
+    }
+
+    #[test]
+    fn a_sighting_far_off_is_trusted_less() {
+        with_seen(|seen, sighting| {
+            let (at, none) = (state(seen.layout), DMatrix::zeros(seen.layout.dim, seen.layout.dim));
+            let noise = |pixel| seen.patch(&Sighting { pixel, ..*sighting }, &at, &none).unwrap().unwrap().2[(0, 0)];
+            let (residual, _, _) = seen.patch(sighting, &at, &none).unwrap().unwrap();
+            let expected = sighting.pixel - Vector2::new(residual[0], residual[1]);
+            let variance = seen.noise.pixel_sd * seen.noise.pixel_sd;
+            assert!((noise(expected) - variance).abs() < 1e-12);
+            assert!(noise(expected + Vector2::new(100.0 * seen.noise.pixel_sd, 0.0)) > 100.0 * variance);
+        });
+    }
+}
