@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use pytracker::Error;
 use pytracker::body::cues::{FixedScale, Look, Rescaled, Scene};
 use pytracker::body::edges::EdgeImage;
+use pytracker::body::region::{Region, RegionLook};
 use pytracker::body::{
     BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Figure, Group, Part, Regions, Unseen, Weighing,
 };
@@ -102,6 +103,55 @@ fn rescaled_distances_lie_between_nothing_and_one() {
     let same = ParticleSet::from_rows(1, &[0.3, 0.3, 0.3]).unwrap();
     rescaled(1.0, 0.0).log_likelihood(&same, &mut out);
     assert!(out.iter().all(|x| *x == 0.0));
+}
+
+/// The left forearm and hand, lifted by 0.4 rad, as a mask: all `anywhere` is on it, or only they; and places on it.
+fn lifted(anywhere: bool, points: bool) -> Region {
+    let place = |along: f64| [118.0 + along * 0.4f64.cos(), 55.0 - along * 0.4f64.sin()];
+    let all: Vec<[f64; 2]> = (30..=64).map(|along| place(f64::from(along))).collect();
+    let distance = |k: usize| {
+        let (u, v) = ((k % 200) as f64, (k / 200) as f64);
+        let nearest = all.iter().map(|[x, y]| (u - x).hypot(v - y)).fold(f64::INFINITY, f64::min);
+        if anywhere { 0.0 } else { (nearest - 4.0).max(0.0) as f32 }
+    };
+    // The other hand explains its own skin, whatever the arm does.
+    let points = if points { all.clone() } else { vec![[22.0, 55.0]] };
+    Region::new(200, 160, (0..200 * 160).map(distance).collect(), points).unwrap()
+}
+
+/// Each cue alone, and of each both directions alone, tells how far the arm is lifted.
+#[test]
+fn a_region_is_worn_and_covers_its_wearer() {
+    let figure = figure(&[8]);
+    let (projection, edges) = (projection(), blank());
+    let angles = [0.0, 0.2, 0.4, 0.6, 0.8];
+    let set = ParticleSet::from_rows(1, &angles).unwrap();
+    let lost = |skin_loss, foreground_loss, mask: &Region| {
+        let regions = (Some(mask), Some(mask));
+        let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3], regions };
+        let look = Look {
+            groups: vec![Group::LeftArm],
+            regions: Some(RegionLook { skin_loss, foreground_loss, reach_m: 0.5, bare: 1.0 }),
+            ..look()
+        };
+        let fixed = FixedScale { scene, look, edge_loss: 0.0, sharpness: 1.0, is_evidence: true };
+        let mut out = vec![0.0; angles.len()];
+        fixed.log_likelihood(&set, &mut out);
+        out
+    };
+    for (skin_loss, foreground_loss) in [(30.0, 0.0), (0.0, 30.0)] {
+        for mask in [lifted(false, false), lifted(true, true), lifted(false, true)] {
+            let found = lost(skin_loss, foreground_loss, &mask);
+            for other in [0, 1, 3, 4] {
+                assert!(found[2] > found[other] + 0.2, "{skin_loss} {foreground_loss} {found:?}");
+            }
+        }
+    }
+    // No weight, no word.
+    assert!(lost(0.0, 0.0, &lifted(false, true)).iter().all(|x| *x == 0.0));
+    // All lost, and not more: what a mask counts, and a quarter of it for a limb beside it.
+    let nowhere = Region::new(200, 160, vec![1e3; 200 * 160], vec![[0.0, 0.0]]).unwrap();
+    assert!(lost(30.0, 0.0, &nowhere).iter().all(|x| (x + 37.5).abs() < 1e-9));
 }
 
 #[test]
