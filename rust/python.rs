@@ -5,11 +5,15 @@
 #![allow(clippy::needless_pass_by_value)] // arguments are extracted for the call and belong to it
 
 mod arm;
+mod arm_arguments;
 mod body;
+mod body_arguments;
+mod body_estimate;
 mod border;
 mod estimate;
 mod record;
 mod resample;
+mod skeleton;
 
 use crate::Error;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
@@ -45,15 +49,21 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use super::arm::{ArmTracker, check_camera};
+    use super::arm::ArmTracker;
     #[pymodule_export]
-    use super::body::{BodyEstimate, BodyTracker, Skeleton, missed_edges};
+    use super::arm_arguments::check_camera;
+    #[pymodule_export]
+    use super::body::{BodyTracker, missed_edges};
+    #[pymodule_export]
+    use super::body_estimate::BodyEstimate;
     #[pymodule_export]
     use super::estimate::Estimate;
     #[pymodule_export]
     use super::record::LayerRecord;
     #[pymodule_export]
     use super::resample::resample;
+    #[pymodule_export]
+    use super::skeleton::Skeleton;
     #[pymodule_export]
     use super::{InputError, TrackingError};
 

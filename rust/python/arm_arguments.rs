@@ -1,0 +1,209 @@
+//! What Python gives an arm tracker, read: the arm, its cameras, noise and method.
+
+use crate::arm::ekf::Correction;
+use crate::arm::particle::{ArmLayer, Cue, Mover};
+use crate::arm::state::{GaussMarkov, View};
+use crate::arm::{Method, Noise};
+use crate::camera::Camera;
+use crate::error::guarded;
+use crate::filter::Resampling;
+use crate::resample::Scheme;
+use crate::{Error, Result};
+use nalgebra::{Matrix3, Vector3};
+use pyo3::prelude::*;
+
+/// `pytracker.Arm`, read.
+#[derive(FromPyObject)]
+#[allow(clippy::struct_field_names)] // the names are Python's
+pub struct ArmArgument {
+    pub shoulder_m: [f64; 3],
+    pub upper_arm_m: f64,
+    pub forearm_m: f64,
+    pub wrist_start_m: [f64; 3],
+}
+
+/// `pytracker.Camera`, read.
+#[derive(FromPyObject)]
+pub struct CameraArgument {
+    matrix: [[f64; 3]; 3],
+    distortion: [f64; 5],
+    rotation: [[f64; 3]; 3],
+    translation_m: [f64; 3],
+    patch_offset_m: [f64; 3],
+}
+
+/// What every arm method has, read.
+#[derive(FromPyObject)]
+struct NoiseArgument {
+    accel_density: f64,
+    gap_density: f64,
+    hold_s: f64,
+    position_start_sd_m: f64,
+    velocity_start_sd: f64,
+    walk_density: f64,
+    pixel_sd: f64,
+    outlier_fraction: f64,
+    arm_length_sd_m: f64,
+    rest_speed: f64,
+    rest_accel: f64,
+    rest_turn_rate: f64,
+    bias: bool,
+    bias_start_sd: f64,
+    bias_density: f64,
+    offset: bool,
+    offset_start_sd_m: f64,
+    offset_density: f64,
+}
+
+/// What a particle method has besides, read.
+#[derive(FromPyObject)]
+struct ParticlesArgument {
+    layers: Vec<(String, Vec<String>)>,
+    particles: usize,
+    resampling: String,
+    ess_threshold: f64,
+}
+
+/// What a Gaussian method has besides, read.
+#[derive(FromPyObject)]
+struct GaussianArgument {
+    corrections: Vec<String>,
+}
+
+/// What a mixture has besides, read.
+#[derive(FromPyObject)]
+struct MixtureArgument {
+    corrections: Vec<String>,
+    components: usize,
+    accel_growth: f64,
+    forearm_sd_rad: f64,
+    tilt_start_sd_rad: f64,
+    tilt_density: f64,
+    shoulder: bool,
+    shoulder_sd_m: f64,
+    shoulder_density: f64,
+    clock_sd_s: f64,
+}
+
+impl MixtureArgument {
+    fn add_to(&self, noise: &mut Noise) {
+        let unknown = GaussMarkov { start_sd: 0.0, density: 0.0 };
+        noise.bias = noise.bias.or(Some(unknown));
+        noise.tilt = Some(GaussMarkov { start_sd: self.tilt_start_sd_rad, density: self.tilt_density });
+        let shoulder = GaussMarkov { start_sd: self.shoulder_sd_m, density: self.shoulder_density };
+        noise.shoulder = self.shoulder.then_some(shoulder);
+        noise.clock = Some(GaussMarkov { start_sd: self.clock_sd_s, density: 0.0 });
+        noise.accel_growth = self.accel_growth;
+        noise.forearm_sd = self.forearm_sd_rad;
+    }
+}
+
+/// Any of them, told apart by what it has.
+#[derive(FromPyObject)]
+enum MethodArgument {
+    #[pyo3(transparent)]
+    Particles(ParticlesArgument),
+    #[pyo3(transparent)]
+    Mixture(MixtureArgument),
+    #[pyo3(transparent)]
+    Gaussian(GaussianArgument),
+}
+
+fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
+    Matrix3::from_fn(|r, c| rows[r][c])
+}
+
+impl TryFrom<CameraArgument> for Camera {
+    type Error = Error;
+
+    fn try_from(camera: CameraArgument) -> Result<Self> {
+        let (intrinsics, rotation) = (matrix(camera.matrix), matrix(camera.rotation));
+        Camera::new(intrinsics, camera.distortion, rotation, Vector3::from(camera.translation_m))
+    }
+}
+
+impl TryFrom<CameraArgument> for View {
+    type Error = Error;
+
+    fn try_from(camera: CameraArgument) -> Result<Self> {
+        let patch_offset = Vector3::from(camera.patch_offset_m);
+        Ok(Self { camera: camera.try_into()?, patch_offset })
+    }
+}
+
+impl From<NoiseArgument> for Noise {
+    fn from(noise: NoiseArgument) -> Self {
+        let walk = |wanted: bool, start_sd, density| wanted.then_some(GaussMarkov { start_sd, density });
+        Self {
+            accel_density: noise.accel_density,
+            gap_density: noise.gap_density,
+            hold_s: noise.hold_s,
+            position_start_sd: noise.position_start_sd_m,
+            velocity_start_sd: noise.velocity_start_sd,
+            walk_density: noise.walk_density,
+            pixel_sd: noise.pixel_sd,
+            outlier_fraction: noise.outlier_fraction,
+            arm_length_sd: noise.arm_length_sd_m,
+            rest_speed: noise.rest_speed,
+            rest_accel: noise.rest_accel,
+            rest_turn_rate: noise.rest_turn_rate,
+            bias: walk(noise.bias, noise.bias_start_sd, noise.bias_density),
+            offset: walk(noise.offset, noise.offset_start_sd_m, noise.offset_density),
+            ..Self::default()
+        }
+    }
+}
+
+impl TryFrom<MethodArgument> for Method {
+    type Error = Error;
+
+    fn try_from(method: MethodArgument) -> Result<Self> {
+        Ok(match method {
+            MethodArgument::Particles(p) => Self::Particles {
+                layers: p
+                    .layers
+                    .iter()
+                    .map(|(mover, cues)| {
+                        let cues = cues.iter().map(|cue| Cue::from_name(cue)).collect::<Result<_>>()?;
+                        Ok(ArmLayer { mover: Mover::from_name(mover)?, cues })
+                    })
+                    .collect::<Result<_>>()?,
+                len: p.particles,
+                resampling: Resampling::new(Scheme::from_name(&p.resampling)?, p.ess_threshold)?,
+            },
+            MethodArgument::Mixture(m) => Self::Mixture {
+                components: m.components,
+                corrections: m.corrections.iter().map(|c| Correction::from_name(c)).collect::<Result<_>>()?,
+            },
+            MethodArgument::Gaussian(g) => Self::Gaussian {
+                corrections: g.corrections.iter().map(|c| Correction::from_name(c)).collect::<Result<_>>()?,
+            },
+        })
+    }
+}
+
+/// Raise `InputError` where a `pytracker.Camera` is not one: focal lengths, rotation, finite numbers.
+#[pyfunction]
+pub fn check_camera(camera: CameraArgument) -> PyResult<()> {
+    guarded(|| View::try_from(camera))?;
+    Ok(())
+}
+
+/// One camera or a list of them.
+pub fn extract_views(cameras: &Bound<'_, PyAny>) -> PyResult<Vec<View>> {
+    let several = match cameras.extract::<CameraArgument>() {
+        Ok(one) => vec![one],
+        Err(_) => cameras.extract()?,
+    };
+    Ok(several.into_iter().map(View::try_from).collect::<Result<_>>()?)
+}
+
+pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {
+    let noise: NoiseArgument = method.extract()?;
+    let kind: MethodArgument = method.extract()?;
+    let mut noise = Noise::from(noise);
+    if let MethodArgument::Mixture(mixture) = &kind {
+        mixture.add_to(&mut noise);
+    }
+    Ok((noise, kind.try_into()?))
+}

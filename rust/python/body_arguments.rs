@@ -1,0 +1,106 @@
+//! What Python gives a body tracker, read: the outer shape, the camera, the method.
+
+use crate::Result;
+use crate::body::{BodyLayer, BodyMethod, Diffusion, Group, Regions, Unseen, Weighing};
+use crate::camera::Camera;
+use crate::filter::Resampling;
+use crate::projection::Projection;
+use crate::resample::Scheme;
+use pyo3::prelude::*;
+
+/// `pytracker.Part`, read.
+#[derive(FromPyObject)]
+pub struct PartArgument {
+    pub start: (String, f64),
+    pub end: (String, f64),
+    pub half_width_m: [f64; 2],
+}
+
+/// A camera of the body: a weak-perspective matrix or a pinhole.
+#[derive(FromPyObject)]
+enum ProjectionArgument {
+    #[pyo3(transparent)]
+    Weak(WeakArgument),
+    #[pyo3(transparent)]
+    Pinhole(super::arm_arguments::CameraArgument),
+}
+
+#[derive(FromPyObject)]
+struct WeakArgument {
+    affine: [[f64; 4]; 2],
+}
+
+/// What every body method has, read.
+#[derive(FromPyObject)]
+struct MethodArgument {
+    particles: usize,
+    islands: usize,
+    layers: Vec<(Vec<String>, f64, f64)>,
+    resampling: String,
+    ess_threshold: f64,
+    base_density: f64,
+    base_turn_density: f64,
+    trunk_density: f64,
+    joint_density: f64,
+    blob_sd_m: f64,
+    blob_reach: f64,
+    gate_m: f64,
+    anew_share: f64,
+    limits: bool,
+    penetration: bool,
+    unseen_distance_sd_m: f64,
+    unseen_lean_sd_rad: f64,
+    unseen_turn_sd_rad: f64,
+    skin_loss: f64,
+    foreground_loss: f64,
+    region_reach_m: f64,
+}
+
+/// What weighs, told apart by what it has.
+#[derive(FromPyObject)]
+enum WeighingArgument {
+    Rescaled { sharpness: f64, alpha: f64, adapt: f64 },
+    Fixed { edge_loss: f64 },
+}
+
+pub fn extract_projection(camera: &Bound<'_, PyAny>) -> PyResult<Projection> {
+    Ok(match camera.extract()? {
+        ProjectionArgument::Weak(weak) => Projection::weak(weak.affine)?,
+        ProjectionArgument::Pinhole(camera) => Projection::Pinhole(Box::new(Camera::try_from(camera)?)),
+    })
+}
+
+pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
+    let m: MethodArgument = method.extract()?;
+    let weighing = match method.extract()? {
+        WeighingArgument::Rescaled { sharpness, alpha, adapt } => Weighing::Rescaled { base: sharpness, alpha, adapt },
+        WeighingArgument::Fixed { edge_loss } => Weighing::Fixed { edge_loss },
+    };
+    let layer = |(groups, spread, sharpness): (Vec<String>, f64, f64)| {
+        let groups = groups.iter().map(|group| Group::from_name(group)).collect::<Result<_>>()?;
+        Ok(BodyLayer { groups, spread, sharpness })
+    };
+    let method = BodyMethod {
+        len: m.particles,
+        islands: m.islands,
+        layers: m.layers.into_iter().map(layer).collect::<Result<_>>()?,
+        resampling: Resampling::new(Scheme::from_name(&m.resampling)?, m.ess_threshold)?,
+        diffusion: Diffusion {
+            base: m.base_density,
+            base_turn: m.base_turn_density,
+            trunk: m.trunk_density,
+            joint: m.joint_density,
+        },
+        anew_share: m.anew_share,
+        weighing,
+        blob_sd_m: m.blob_sd_m,
+        blob_reach: m.blob_reach,
+        gate_m: m.gate_m,
+        limits: m.limits,
+        penetration: m.penetration,
+        regions: Regions { skin_loss: m.skin_loss, foreground_loss: m.foreground_loss, reach_m: m.region_reach_m },
+        unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
+    };
+    method.check()?;
+    Ok(method)
+}

@@ -1,0 +1,60 @@
+//! `Skeleton`: forward kinematics.
+
+use crate::Result;
+use crate::error::guarded;
+use crate::skeleton::{self, Bone, Channel};
+use nalgebra::{Matrix3, Vector3};
+use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+/// `pytracker.Bone`, read.
+#[derive(FromPyObject)]
+struct BoneArgument {
+    name: String,
+    parent: Option<usize>,
+    reach_m: [f64; 3],
+    frame: [[f64; 3]; 3],
+    order: [usize; 3],
+    channels: Vec<String>,
+}
+
+/// A skeleton: bones, the root first and parents before children (`pytracker.Bone`). Raises `InputError`.
+#[pyclass(frozen, module = "pytracker._core")]
+pub struct Skeleton(pub skeleton::Skeleton);
+
+#[pymethods]
+impl Skeleton {
+    #[new]
+    fn new(bones: Vec<BoneArgument>) -> PyResult<Self> {
+        let bones = bones
+            .into_iter()
+            .map(|bone| {
+                Ok(Bone {
+                    name: bone.name,
+                    parent: bone.parent,
+                    reach: Vector3::from(bone.reach_m),
+                    frame: Matrix3::from_fn(|r, c| bone.frame[r][c]),
+                    order: bone.order,
+                    channels: bone.channels.iter().map(|name| Channel::from_name(name)).collect::<Result<_>>()?,
+                })
+            })
+            .collect::<Result<_>>()?;
+        Ok(Self(guarded(|| skeleton::Skeleton::new(bones))?))
+    }
+
+    /// Forward kinematics of poses `(T, C)`, metres and radians: starts and ends of all bones, `(T, B, 3)` each, world,
+    /// m. Raises `InputError`.
+    fn pose<'py>(&self, py: Python<'py>, poses: PyReadonlyArray2<'py, f64>) -> PyResult<Pair<'py>> {
+        let (poses, bones) = (poses.as_array(), self.0.bones().len());
+        let (mut starts, mut ends) = (Vec::new(), Vec::new());
+        for pose in poses.rows() {
+            let posed = guarded(|| self.0.pose(&pose.to_vec()))?;
+            starts.extend(posed.starts.iter().flatten().copied());
+            ends.extend(posed.ends.iter().flatten().copied());
+        }
+        let shape = [poses.nrows(), bones, 3];
+        Ok((PyArray1::from_vec(py, starts).reshape(shape)?, PyArray1::from_vec(py, ends).reshape(shape)?))
+    }
+}
+
+type Pair<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>);
