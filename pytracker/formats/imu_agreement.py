@@ -136,8 +136,7 @@ def check_noise(log: ImuLog) -> list[str]:
         return []
     return [
         f"{log.path}: the gyroscope's {AXES[axis]} is noise of {noise[axis]:.2f} rad/s from sample to sample, "
-        "expected less "
-        f"than {limit:.2f}: is it in other units than rad/s, or disturbed?"
+        f"expected less than {limit:.2f}: is it in other units than rad/s, or disturbed?"
     ]
 
 
@@ -157,8 +156,7 @@ def _one_repeats(log: ImuLog) -> list[str]:
             if np.delete(values[a : b + 1], axis, axis=1).std(axis=0).max() > beside:
                 return [
                     f"{log.path}:{log.lines[a]}: {name}_{AXES[axis]} stays {values[a, axis]:.4g} for "
-                    f"{lasted:.3f} s while the "
-                    "other axes move, expected some change: did it hang?"
+                    f"{lasted:.3f} s while the other axes move, expected some change: did it hang?"
                 ]
     return []
 
@@ -179,6 +177,5 @@ def _all_repeat(log: ImuLog) -> list[str]:
         return []
     return [
         f"{log.path}:{log.lines[a]}: every reading stays the same for {lasted:.3f} s, expected some noise: "
-        "did the sensor "
-        "hang?"
+        "did the sensor hang?"
     ]

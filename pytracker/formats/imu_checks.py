@@ -24,10 +24,9 @@ def check(log: ImuLog) -> ImuLog:
     """Everything that would give a wrong answer quietly; returns the log with unit quaternions and warnings.
 
     Single samples that no sensor can have given are left out, with a warning. Raises `InputError` for missing
-    acceleration,
-    times that do not increase, a rate that contradicts them, many values that are no numbers or beyond any sensor,
-    quaternions that are not of unit length, acceleration that is in g or shows no gravity, and orientation that
-    contradicts gravity or the gyroscope.
+    acceleration, times that do not increase, a rate that contradicts them, many values that are no numbers or beyond
+    any sensor, quaternions that are not of unit length, acceleration that is in g or shows no gravity, and
+    orientation that contradicts gravity or the gyroscope.
     """
     if log.acc is None:
         raise InputError(f"{log.path}: has no acceleration, expected columns acc_x, acc_y, acc_z (Acc_X, Acc_Y, Acc_Z)")
@@ -76,9 +75,8 @@ def _check_times(log: ImuLog) -> list[str]:
         )
     if comes_in_bursts(log):
         return [
-            f"{log.path}: samples come in bursts (usual interval {usual:.6f} s, mean {interval.mean():.6f} "
-            "s), expected the "
-            "times at which they were measured, not those at which they arrived"
+            f"{log.path}: samples come in bursts (usual interval {usual:.6f} s, mean {interval.mean():.6f} s), "
+            "expected the times at which they were measured, not those at which they arrived"
         ]
     gaps = np.flatnonzero(interval > GAP_INTERVALS * usual)
     if not gaps.size:

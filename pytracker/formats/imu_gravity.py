@@ -120,18 +120,17 @@ def check_up(log: ImuLog, hint: str) -> list[str]:
         ups = np.array([world[part].mean(axis=0) for part in rest])
         tilt = float(np.median(np.degrees(np.arctan2(np.hypot(ups[:, 0], ups[:, 1]), ups[:, 2]))))
         tilted = (
-            f"{log.path}: at rest ({len(rest) * REST_S:g} s) the orientation's up is {tilt:.1f}° beside "
-            "gravity, expected "
-            "less than 2°: is the orientation tilted, or an axis of the accelerometer biased or flipped?"
+            f"{log.path}: at rest ({len(rest) * REST_S:g} s) the orientation's up is {tilt:.1f}° beside gravity, "
+            "expected less than 2°: is the orientation tilted, or an axis of the accelerometer biased or flipped?"
         )
         if found := _odd_or_wrong(tilted, tilt, TILT_DEG):
             return found
     if off > odd:
         return [words + hint]
     unsteady = (
-        f"{log.path}: turned by the orientation, the acceleration of {WINDOW_S:g} s is "
-        f"{unsteadiness(log):.1f} m/s² from "
-        "gravity (median), expected less than 1: do the axes of acceleration and orientation differ, or is one flipped?"
+        f"{log.path}: turned by the orientation, the acceleration of {WINDOW_S:g} s is {unsteadiness(log):.1f} m/s² "
+        "from gravity (median), expected less than 1: do the axes of acceleration and orientation differ, "
+        "or is one flipped?"
     )
     return _odd_or_wrong(unsteady, unsteadiness(log), WINDOW_OFF) if span > 3 * WINDOW_S else []
 
@@ -169,8 +168,7 @@ def check_step(log: ImuLog) -> list[str]:
     words = (
         f"{log.path}: the acceleration fits the orientation better {abs(LAGS_S[best]):.2f} s "
         f"{'earlier' if LAGS_S[best] > 0 else 'later'} (what is not gravity falls to {left[best] / now:.0%}), "
-        "expected both "
-        "at the same times"
+        "expected both at the same times"
     )
     return _odd_or_wrong(words, 1 - left[best] / now, (1 - IN_STEP[0], 1 - IN_STEP[1]))
 
