@@ -43,8 +43,9 @@ fn upper_body() -> (Skeleton, Vec<usize>) {
 fn kinematics(c: &mut Criterion) {
     let (skeleton, free) = upper_body();
     let pose = vec![0.1; skeleton.channels().count()];
-    let places: Vec<Place> =
-        (0..skeleton.bones().len()).flat_map(|bone| [0.0, 1.0].map(|along| Place { bone, along })).collect();
+    let places: Vec<Place> = (0..skeleton.bones().len())
+        .flat_map(|bone| [0.0, 1.0].map(|along| Place { bone, along, aside: Vector3::zeros() }))
+        .collect();
     let model = SubModel::new(&skeleton, &pose, &free, &places).expect("a model");
     let rows: Vec<f64> = (0..LEN * model.dim()).map(|i| (i as f64 * 0.37).sin()).collect();
     let set = ParticleSet::from_rows(model.dim(), &rows).expect("particles");

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.body_methods import BodyMethod
+from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.joint_track import Track
 from pytracker.methods import ArmMethod
 from pytracker.recording import Arm, Camera, WeakPerspective
@@ -11,6 +12,7 @@ from pytracker.skeleton import Bone, Part
 
 __all__ = [
     "ARM_DOUBTS",
+    "KEYPOINTS",
     "KEY_JOINTS",
     "ArmTracker",
     "BodyEstimate",
@@ -29,6 +31,7 @@ __all__ = [
 __version__: str
 ARM_DOUBTS: tuple[str, ...]
 KEY_JOINTS: tuple[str, ...]
+KEYPOINTS: tuple[str, ...]
 
 class InputError(ValueError): ...
 
@@ -142,19 +145,13 @@ class BodyTracker:
     def update(
         self,
         time_s: float,
-        edges: NDArray[np.uint8],
-        blobs: NDArray[np.float64],
-        skin: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
-        foreground: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
+        evidence: BodyEvidence,
         threads: int | None = None,
     ) -> BodyEstimate: ...
     def update_recorded(
         self,
         time_s: float,
-        edges: NDArray[np.uint8],
-        blobs: NDArray[np.float64],
-        skin: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
-        foreground: tuple[NDArray[np.float32], NDArray[np.float64]] | None = None,
+        evidence: BodyEvidence,
     ) -> tuple[BodyEstimate, list[LayerRecord]]: ...
     def joints(self, states: NDArray[np.float64]) -> NDArray[np.float64]: ...
     def poses(self, states: NDArray[np.float64]) -> NDArray[np.float64]: ...

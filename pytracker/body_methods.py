@@ -39,8 +39,9 @@ class BodyMethod(Method):
         gate_m: how far from where it was expected a blob may be given to head or hand, m.
         anew_share: share of the particles whose arm is drawn anew from all that its joints allow, so that a lost arm is
             found again; 0 is the paper.
-        limits: whether limits of joints count, softly.
-        penetration: whether elbows and hands inside the torso count against a pose (paper IV-C1).
+        cues: what layers weigh by, where a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue),
+            `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `limits` (of joints, softly),
+            `penetration` (elbows and hands inside the torso, paper IV-C1).
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
             it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
@@ -51,6 +52,10 @@ class BodyMethod(Method):
             nor arm wears (fixed scale; the paper has blobs only: 0).
         foreground_loss: the same of limbs and the foreground above the hips.
         region_reach_m: farther off than this is as bad as any, m.
+        keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
+        keypoint_reach: beyond about so many standard deviations a keypoint says nothing more.
+        orientation_inflation: how many times its spread the orientation of a sensor has.
+        edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """
 
@@ -67,17 +72,22 @@ class BodyMethod(Method):
     blob_reach: float = 4.0
     gate_m: float = 0.45
     anew_share: float = 0.0
-    limits: bool = True
-    penetration: bool = False
+    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "limits")
     unseen_distance_sd_m: float = 0.0
     unseen_lean_sd_rad: float = 0.0
     unseen_turn_sd_rad: float = 0.0
     skin_loss: float = 0.0
     foreground_loss: float = 0.0
     region_reach_m: float = 0.2
+    keypoint_inflation: float = 2.0
+    keypoint_reach: float = 4.0
+    orientation_inflation: float = 2.0
+    edge_loss: float = 3.0
     free: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "body"
+    blend: ClassVar[str] = "sum"
+    """`sum`: losses of the cues added up; `rescaled`: the paper's."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,7 +100,9 @@ class BodyPlain(BodyMethod):
         adapt: how far alpha follows what each cue tells apart in a frame, 0 (the paper) to 1.
     """
 
-    limits: bool = False
+    blend: ClassVar[str] = "rescaled"
+
+    cues: tuple[str, ...] = ("edges", "blobs")
     sharpness: float = 1000.0
     alpha: float = 1.0
     adapt: float = 0.0
@@ -103,11 +115,7 @@ class BodyPlain(BodyMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class _Fixed(BodyMethod):
-    """Cues on a fixed scale.
-
-    Attributes:
-        edge_loss: log-likelihood lost by a part whose outline misses every edge.
-    """
+    """Cues on a fixed scale."""
 
     unseen_distance_sd_m: float = 0.05
     unseen_lean_sd_rad: float = 0.17
@@ -115,7 +123,6 @@ class _Fixed(BodyMethod):
     base_turn_density: float = 0.2
     skin_loss: float = 30.0
     foreground_loss: float = 30.0
-    edge_loss: float = 3.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,7 +140,7 @@ class Partitioned(_Fixed):
 
     layers: BodyLayers = ((("torso",), 1.0, 1.0), (("left_arm",), 1.0, 1.0), (("right_arm",), 1.0, 1.0))
     anew_share: float = 0.1
-    penetration: bool = True
+    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "limits", "penetration")
 
 
 BODY_METHODS: dict[str, type[BodyMethod]] = {"plain": BodyPlain, "annealed": Annealed, "partitioned": Partitioned}

@@ -171,7 +171,7 @@ def _body(recording: BodyRecording, method: BodyMethod, seed: int, frame: int, p
         evidence, time_s = silhouette(found.image), found.time_s + recording.view.start_s
         if found.index == frame:
             break
-        tracker.update(time_s, evidence.edges, evidence.blobs, evidence.skin_region, evidence.foreground_region)
+        tracker.update(time_s, evidence)
         if progress is not None and found.index % 30 == 0:
             progress("track", found.index)
     else:
@@ -182,9 +182,7 @@ def _body(recording: BodyRecording, method: BodyMethod, seed: int, frame: int, p
         return {name: joints[:, j] for j, name in enumerate(KEY_JOINTS)}
 
     prior = Cloud(places(tracker.particles), tracker.weights)
-    estimate, records = tracker.update_recorded(
-        time_s, evidence.edges, evidence.blobs, evidence.skin_region, evidence.foreground_region
-    )
+    estimate, records = tracker.update_recorded(time_s, evidence)
     words = [(f"diffusion of {_and(groups)}", "edges and skin") for groups, _, _ in method.layers]
     return Cycle(
         recording=recording,

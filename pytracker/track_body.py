@@ -100,12 +100,7 @@ def track_body(
             continue
         at = time.perf_counter()
         try:
-            estimates.append(
-                tracker.update(
-                    frame_time_s, evidence.edges, evidence.blobs, evidence.skin_region, evidence.foreground_region,
-                    threads=threads,
-                )
-            )  # fmt: skip
+            estimates.append(tracker.update(frame_time_s, evidence, threads))
         except TrackingError as error:
             lost = f"frame {len(times) - 1}: {error}"
         stage_s["filter"] += time.perf_counter() - at

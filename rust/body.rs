@@ -11,8 +11,7 @@
 //! | [`motion`] | IV-C1: zero-order dynamics |
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
-//! | [`region`] | not in the paper: skin and foreground as regions |
-//! | [`cues`] | IV-C2: weights; and the same cues on a fixed scale |
+//! | [`cues`] | IV-C2: weights: one file a cue, and how a layer blends them |
 //! | `island` | a share of the particles that is filtered on its own |
 //! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
 //! | [`method`] | IV-C: lists of layers and their parameters |
@@ -27,13 +26,12 @@ mod lanes;
 pub mod method;
 pub mod model;
 pub mod motion;
-pub mod region;
 pub mod skin;
 pub mod tracker;
 pub mod unseen;
 
+pub use cues::region::Region;
 pub use figure::{Figure, Group, KEY_JOINTS, Part};
-pub use method::{BodyLayer, BodyMethod, Diffusion, Regions, Weighing};
-pub use region::Region;
+pub use method::{Blending, BodyLayer, BodyMethod, CueName, Diffusion};
 pub use tracker::{BodyEstimate, BodyEvidence, BodyTracker};
 pub use unseen::Unseen;

@@ -9,6 +9,7 @@ mod arm_arguments;
 mod body;
 mod body_arguments;
 mod body_estimate;
+mod body_evidence;
 mod border;
 mod estimate;
 mod record;
@@ -76,7 +77,8 @@ mod _core {
         super::border::remember_process();
         // Tuples: nobody may change them.
         module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
-        module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), super::body::key_joints())?)
+        module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), super::body::key_joints())?)?;
+        module.add("KEYPOINTS", pyo3::types::PyTuple::new(module.py(), super::body::keypoints())?)
     }
 }
 

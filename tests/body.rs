@@ -1,12 +1,18 @@
 //! The body's cues and tracker on a figure of a few bones.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use pytracker::Error;
-use pytracker::body::cues::{FixedScale, Look, Rescaled, Scene};
+use pytracker::body::cues::blobs::{BlobDistance, Scale};
+use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, KeypointLook, Person, nearest};
+use pytracker::body::cues::limits::Limits;
+use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
+use pytracker::body::cues::outline::Outline;
+use pytracker::body::cues::penetration::Penetration;
+use pytracker::body::cues::region::{Region, RegionLook, Regions};
+use pytracker::body::cues::{Blend, Cue, Weighing};
 use pytracker::body::edges::EdgeImage;
-use pytracker::body::region::{Region, RegionLook};
 use pytracker::body::{
-    BodyEvidence, BodyLayer, BodyMethod, BodyTracker, Diffusion, Figure, Group, Part, Regions, Unseen, Weighing,
+    Blending, BodyEvidence, BodyLayer, BodyMethod, BodyTracker, CueName, Diffusion, Figure, Group, Part, Unseen,
 };
 use pytracker::filter::{Likelihood, Resampling};
 use pytracker::particles::ParticleSet;
@@ -69,8 +75,14 @@ fn blank() -> EdgeImage {
     EdgeImage::new(200, 160, &vec![0; 200 * 160]).unwrap()
 }
 
-fn look() -> Look {
-    Look { groups: ALL.to_vec(), blob_sd_m: 0.05, blob_reach: 4.0, regions: None, limits: false, penetration: false }
+/// What a cue takes from every particle of a state of some columns.
+fn lost(figure: &Figure, rows: &[f64], cue: impl Cue) -> Vec<f64> {
+    let set = ParticleSet::from_rows(figure.model.dim(), rows).unwrap();
+    let blend = Blend::Sum { sharpness: 1.0, is_evidence: true };
+    let weighing = Weighing { figure, projection: &projection(), cues: vec![Box::new(cue)], bounds: vec![], blend };
+    let mut out = vec![0.0; set.len()];
+    weighing.log_likelihood(&set, &mut out);
+    out.iter().map(|x| -x).collect()
 }
 
 /// Left hand at 0.18 + 0.3 + 0.25 + 0.06 m, 0.45 m up.
@@ -81,27 +93,26 @@ fn rescaled_distances_lie_between_nothing_and_one() {
     let figure = figure(&[8]);
     let projection = projection();
     let edges = blank();
-    let scene = Scene {
-        figure: &figure,
-        projection: &projection,
-        edges: &edges,
-        blobs: [None, Some(LEFT_HAND), None],
-        regions: (None, None),
+    let weighing = |alpha, adapt| {
+        let outline = Outline { edges: &edges, groups: &ALL, loss: 1.0 };
+        let blobs = BlobDistance { blobs: [None, Some(LEFT_HAND), None], groups: &ALL, scale: Scale::Pixels };
+        let cues: Vec<Box<dyn Cue + '_>> = vec![Box::new(outline), Box::new(blobs)];
+        let blend = Blend::Rescaled { base: 1000.0, alpha, adapt };
+        Weighing { figure: &figure, projection: &projection, cues, bounds: vec![], blend }
     };
     let set = ParticleSet::from_rows(1, &[0.0, 0.1, 0.4]).unwrap();
-    let rescaled = |alpha, adapt| Rescaled { scene, look: look(), base: 1000.0, alpha, adapt };
     let mut out = vec![0.0; 3];
-    rescaled(1.0, 0.0).log_likelihood(&set, &mut out);
+    weighing(1.0, 0.0).log_likelihood(&set, &mut out);
     // All miss all edges alike: only the blob tells them apart, the best by nothing, the worst by ln A.
     assert!(out[0].abs() < 1e-9 && out[1] < out[0] && out[2] < out[1]);
     assert!((out[2] + 1000f64.ln()).abs() < 1e-9);
     // The cue that tells nothing loses its weight to the other.
-    rescaled(1.0, 1.0).log_likelihood(&set, &mut out);
+    weighing(1.0, 1.0).log_likelihood(&set, &mut out);
     assert!((out[2] + 2.0 * 1000f64.ln()).abs() < 1e-9);
-    assert!(!rescaled(1.0, 0.0).has_evidence());
+    assert!(!weighing(1.0, 0.0).has_evidence());
     // All equal: all weigh the same, whatever is seen.
     let same = ParticleSet::from_rows(1, &[0.3, 0.3, 0.3]).unwrap();
-    rescaled(1.0, 0.0).log_likelihood(&same, &mut out);
+    weighing(1.0, 0.0).log_likelihood(&same, &mut out);
     assert!(out.iter().all(|x| *x == 0.0));
 }
 
@@ -123,27 +134,16 @@ fn lifted(anywhere: bool, points: bool) -> Region {
 #[test]
 fn a_region_is_worn_and_covers_its_wearer() {
     let figure = figure(&[8]);
-    let (projection, edges) = (projection(), blank());
     let angles = [0.0, 0.2, 0.4, 0.6, 0.8];
-    let set = ParticleSet::from_rows(1, &angles).unwrap();
     let lost = |skin_loss, foreground_loss, mask: &Region| {
-        let regions = (Some(mask), Some(mask));
-        let scene = Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3], regions };
-        let look = Look {
-            groups: vec![Group::LeftArm],
-            regions: Some(RegionLook { skin_loss, foreground_loss, reach_m: 0.5, bare: 1.0 }),
-            ..look()
-        };
-        let fixed = FixedScale { scene, look, edge_loss: 0.0, sharpness: 1.0, is_evidence: true };
-        let mut out = vec![0.0; angles.len()];
-        fixed.log_likelihood(&set, &mut out);
-        out
+        let look = RegionLook { skin_loss, foreground_loss, reach_m: 0.5, bare: 1.0 };
+        lost(&figure, &angles, Regions { skin: Some(mask), foreground: Some(mask), groups: &[Group::LeftArm], look })
     };
     for (skin_loss, foreground_loss) in [(30.0, 0.0), (0.0, 30.0)] {
         for mask in [lifted(false, false), lifted(true, true), lifted(false, true)] {
             let found = lost(skin_loss, foreground_loss, &mask);
             for other in [0, 1, 3, 4] {
-                assert!(found[2] > found[other] + 0.2, "{skin_loss} {foreground_loss} {found:?}");
+                assert!(found[2] < found[other] - 0.2, "{skin_loss} {foreground_loss} {found:?}");
             }
         }
     }
@@ -151,78 +151,129 @@ fn a_region_is_worn_and_covers_its_wearer() {
     assert!(lost(0.0, 0.0, &lifted(false, true)).iter().all(|x| *x == 0.0));
     // All lost, and not more: what a mask counts, and a quarter of it for a limb beside it.
     let nowhere = Region::new(200, 160, vec![1e3; 200 * 160], vec![[0.0, 0.0]]).unwrap();
-    assert!(lost(30.0, 0.0, &nowhere).iter().all(|x| (x + 37.5).abs() < 1e-9));
+    assert!(lost(30.0, 0.0, &nowhere).iter().all(|x| (x - 37.5).abs() < 1e-9));
 }
 
 #[test]
 fn a_fixed_scale_is_in_standard_deviations_and_ends() {
-    let figure = figure(&[0]);
-    let (projection, edges) = (projection(), blank());
-    let scene = Scene {
-        figure: &figure,
-        projection: &projection,
-        edges: &edges,
-        blobs: [None, Some(LEFT_HAND), None],
-        regions: (None, None),
-    };
-    let fixed = FixedScale { scene, look: look(), edge_loss: 2.0, sharpness: 1.0, is_evidence: true };
-    let set = ParticleSet::from_rows(1, &[0.0, 0.05, 0.10, 5.0]).unwrap();
-    let mut out = vec![0.0; 4];
-    fixed.log_likelihood(&set, &mut out);
-    // Three parts that miss everything, and 0, 1, 2 and at most 4 standard deviations.
-    for (found, sd) in out.iter().zip([0.0, 1.0, 2.0, 4.0]) {
-        assert!((found - (-6.0 - 0.5 * sd * sd)).abs() < 1e-9, "{out:?}");
+    let (figure, edges) = (figure(&[0]), blank());
+    let states = [0.0, 0.05, 0.10, 5.0];
+    // Three parts that miss everything, wherever they are.
+    assert_eq!(lost(&figure, &states, Outline { edges: &edges, groups: &ALL, loss: 2.0 }), [6.0; 4]);
+    let scale = Scale::Spread { sd_m: 0.05, reach: 4.0 };
+    let found = lost(&figure, &states, BlobDistance { blobs: [None, Some(LEFT_HAND), None], groups: &ALL, scale });
+    // 0, 1, 2 and at most 4 standard deviations.
+    for (found, sd) in found.iter().zip([0.0, 1.0, 2.0, 4.0]) {
+        assert!((found - 0.5 * sd * sd).abs() < 1e-9, "{found}");
     }
 }
 
 #[test]
 fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
     let figure = figure(&[7, 8, 9]);
-    let (projection, edges) = (projection(), blank());
-    let scene =
-        Scene { figure: &figure, projection: &projection, edges: &edges, blobs: [None; 3], regions: (None, None) };
-    let loss = |limits, penetration, row: [f64; 3]| {
-        let set = ParticleSet::from_rows(3, &row).unwrap();
-        scene.distances(&set, &Look { limits, penetration, ..look() })[0].body_loss
-    };
-    assert_eq!(loss(true, true, [0.0; 3]), 0.0);
+    let rows = [[0.0; 3], [0.0, 1.2, 0.0], [0.0, -2.0, 0.0]].concat();
+    let limits = lost(&figure, &rows, Limits);
     // 0.2 rad beyond a limit is two of its standard deviations.
-    assert!((loss(true, false, [0.0, 1.2, 0.0]) - 2.0).abs() < 1e-9);
-    assert_eq!(loss(false, false, [0.0, 1.2, 0.0]), 0.0);
+    assert!(limits[0] == 0.0 && (limits[1] - 2.0).abs() < 1e-9);
     // The upper arm turned inwards leads the elbow into the trunk.
-    assert!(loss(false, true, [0.0, -2.0, 0.0]) > 1.0);
+    let inside = lost(&figure, &rows, Penetration);
+    assert!(inside[0] == 0.0 && inside[1] == 0.0 && inside[2] > 1.0);
 }
 
-fn method(layers: Vec<BodyLayer>, weighing: Weighing) -> BodyMethod {
+const LOOK: KeypointLook = KeypointLook { inflation: 1.0, reach: 4.0 };
+
+/// Points of the pose with every angle 0, 3 px off at most.
+fn person(right_px: f64) -> Person {
+    let at = |u: f64, v: f64| Some(Keypoint { pixel: [u + right_px, v], sd_px: 2.0 });
+    let [shoulders, out] = [18.0, 48.0];
+    let arms = [at(100.0 + out, 55.0), at(100.0 - out, 55.0), at(173.0, 55.0), at(27.0, 55.0)];
+    let trunk = [at(100.0, 30.0), at(100.0 + shoulders, 55.0), at(100.0 - shoulders, 55.0)];
+    std::array::from_fn(|k| trunk.iter().chain(&arms).nth(k).copied().flatten())
+}
+
+#[test]
+fn a_wild_keypoint_says_nothing_and_the_nearest_person_is_followed() {
+    let figure = figure(&[0]);
+    let mut seen = person(0.0);
+    let one =
+        |person: &Person| lost(&figure, &[0.0, 0.03, 0.06, 3.0], KeypointDistance { person, groups: &ALL, look: LOOK });
+    let found = one(&seen);
+    assert!(found[0] < 1e-3 && found[1] > 0.5 && found[2] > found[1] && found[3] > found[2], "{found:?}");
+    // Each at most reach²/2 and a little.
+    assert!(found[3] <= 7.0 * (8.0 + 1e-3));
+    // One of them anywhere costs every particle the same.
+    seen[5] = Some(Keypoint { pixel: [20.0, 150.0], sd_px: 2.0 });
+    let wild = one(&seen);
+    assert!((wild[0] - found[0] - 8.0).abs() < 0.01);
+    assert!(wild[1] - wild[0] > 0.8 * (found[1] - found[0]));
+    // What is not seen says nothing at all; neither do the groups that are not asked.
+    assert_eq!(one(&[None; 9]), [0.0; 4]);
+    let arm = KeypointDistance { person: &seen, groups: &[Group::RightArm], look: LOOK };
+    assert!(lost(&figure, &[0.0], arm)[0] < 1e-3);
+    let people = [person(60.0), person(4.0), person(-50.0)];
+    let expected = figure.seen(&projection(), &[0.0]);
+    assert_eq!(nearest(&people, &figure, &expected, LOOK), Some(&people[1]));
+    assert_eq!(nearest(&[person(900.0)], &figure, &expected, LOOK), None);
+    assert_eq!(nearest(&[], &figure, &expected, LOOK), None);
+}
+
+#[test]
+fn a_sensor_says_where_its_segment_points_and_how_it_is_rolled() {
+    // Left shoulder about x, y, z.
+    let figure = figure(&[6, 7, 8]);
+    let measured = |segment: &str, roll: f64, turn: f64, roll_sd: f64| {
+        // Elbow to shoulder is -x here, and the elbow turns about x: as the bones of this figure lie the roll is about x, and
+        // the elbow's axis has none to show. A frame beside it: x along world y.
+        let frame = UnitQuaternion::from_matrix(&Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0));
+        let q_world_segment = UnitQuaternion::from_euler_angles(roll, 0.0, turn) * frame;
+        Orientation { segment: Segment::from_name(segment).unwrap(), q_world_segment, sd: 0.1, roll_sd }
+    };
+    let cue = |orientations: &[Orientation], rows: &[f64]| {
+        lost(&figure, rows, OrientationDistance { orientations, groups: &ALL, inflation: 1.0 })
+    };
+    for segment in ["left_upper_arm", "left_forearm"] {
+        let found = cue(&[measured(segment, 0.0, 0.3, f64::INFINITY)], &[0.0, 0.0, 0.3, 0.0, 0.0, 0.1, 0.7, 0.0, 0.3]);
+        assert!(found[0] < 1e-9 && (found[1] - 2.0).abs() < 1e-9 && found[2] < 1e-9, "{found:?}");
+        // Far off it is as bad as any.
+        assert!((cue(&[measured(segment, 0.0, 2.0, f64::INFINITY)], &[0.0; 3])[0] - 8.0).abs() < 1e-9);
+    }
+    assert!(Segment::from_name("left_leg").is_err());
+}
+
+fn method(layers: Vec<BodyLayer>, blending: Blending, edge_loss: f64) -> BodyMethod {
     BodyMethod {
         len: 400,
         islands: 1,
-        regions: Regions { skin_loss: 0.0, foreground_loss: 0.0, reach_m: 0.2 },
+        skin_loss: 0.0,
+        foreground_loss: 0.0,
+        region_reach_m: 0.2,
+        keypoints: LOOK,
+        orientation_inflation: 1.0,
         unseen: Unseen { distance_m: 0.0, lean: 0.0, turn: 0.0 },
         layers,
         resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
         diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },
         anew_share: 0.0,
-        weighing,
+        cues: vec![CueName::Edges, CueName::Blobs, CueName::Limits],
+        blending,
+        edge_loss,
         blob_sd_m: 0.03,
         blob_reach: 4.0,
         gate_m: 0.5,
-        limits: true,
-        penetration: false,
     }
 }
 
 #[test]
 fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
     let layer = BodyLayer { groups: vec![Group::LeftArm], spread: 1.0, sharpness: 1.0 };
-    let weighing = Weighing::Fixed { edge_loss: 0.0 };
-    let mut tracker = BodyTracker::new(figure(&[0, 1, 8, 12]), projection(), method(vec![layer], weighing), 3).unwrap();
+    let method = method(vec![layer], Blending::Sum, 0.0);
+    let mut tracker = BodyTracker::new(figure(&[0, 1, 8, 12]), projection(), method, 3).unwrap();
     let mut estimate = None;
     for k in 0..30 {
         // The left arm goes up by 0.6 rad in a second.
         let lift = 0.02 * f64::from(k);
         let hand = [118.0 + 61.0 * lift.cos(), 55.0 - 61.0 * lift.sin()];
-        let evidence = BodyEvidence { edges: blank(), blobs: vec![hand], skin: None, foreground: None };
+        let evidence = BodyEvidence { blobs: vec![hand], ..BodyEvidence::new(blank()) };
         estimate = Some(tracker.update(f64::from(k) / 30.0, &evidence).unwrap());
     }
     let estimate = estimate.unwrap();
@@ -231,10 +282,7 @@ fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
     assert_eq!([estimate.state.mean[0], estimate.state.mean[1], estimate.state.mean[3]], [0.0; 3]);
     assert!(estimate.log_evidence.is_some());
     assert_eq!(estimate.blobs[1].map(|_| ()), Some(()));
-    assert!(matches!(
-        tracker.update(0.5, &BodyEvidence { edges: blank(), blobs: vec![], skin: None, foreground: None }),
-        Err(Error::Late { what: "frame", .. })
-    ));
+    assert!(matches!(tracker.update(0.5, &BodyEvidence::new(blank())), Err(Error::Late { what: "frame", .. })));
 }
 
 /// Islands are filters side by side: the first is what it would be alone, and together they have every particle.
@@ -242,12 +290,12 @@ fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
 fn islands_are_filters_side_by_side() {
     let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
     let with = |islands: usize, len: usize| {
-        let method = BodyMethod { islands, len, ..method(vec![layer.clone()], Weighing::Fixed { edge_loss: 1.0 }) };
+        let method = BodyMethod { islands, len, ..method(vec![layer.clone()], Blending::Sum, 1.0) };
         BodyTracker::new(figure(&[0, 1, 8]), projection(), method, 5)
     };
     let (mut alone, mut three) = (with(1, 14).unwrap(), with(3, 40).unwrap());
     for k in 0..6 {
-        let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND], skin: None, foreground: None };
+        let evidence = BodyEvidence { blobs: vec![LEFT_HAND], ..BodyEvidence::new(blank()) };
         alone.update(f64::from(k) / 30.0, &evidence).unwrap();
         let estimate = three.update(f64::from(k) / 30.0, &evidence).unwrap();
         assert!(estimate.log_evidence.is_some_and(f64::is_finite));
@@ -257,7 +305,7 @@ fn islands_are_filters_side_by_side() {
     assert_eq!((first.len(), all.len()), (14, 40));
     assert_eq!(first.rows(), all.rows()[..14 * first.dim()]);
     let mut again = BodyTracker::restore(&three.save().unwrap()).unwrap();
-    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND], skin: None, foreground: None };
+    let evidence = BodyEvidence { blobs: vec![LEFT_HAND], ..BodyEvidence::new(blank()) };
     assert_eq!(three.update(1.0, &evidence).unwrap(), again.update(1.0, &evidence).unwrap());
     assert!(matches!(with(0, 40), Err(Error::Parameter { name: "islands", .. })));
     assert!(matches!(with(41, 40), Err(Error::Parameter { name: "islands", .. })));
@@ -266,9 +314,10 @@ fn islands_are_filters_side_by_side() {
 #[test]
 fn a_saved_tracker_goes_on_with_the_same_bits() {
     let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
-    let weighing = Weighing::Rescaled { base: 100.0, alpha: 1.0, adapt: 0.0 };
-    let mut tracker = BodyTracker::new(figure(&[0, 1, 8]), projection(), method(vec![layer], weighing), 5).unwrap();
-    let evidence = BodyEvidence { edges: blank(), blobs: vec![LEFT_HAND], skin: None, foreground: None };
+    let blending = Blending::Rescaled { base: 100.0, alpha: 1.0, adapt: 0.0 };
+    let method = BodyMethod { cues: vec![CueName::Edges, CueName::Blobs], ..method(vec![layer], blending, 0.0) };
+    let mut tracker = BodyTracker::new(figure(&[0, 1, 8]), projection(), method, 5).unwrap();
+    let evidence = BodyEvidence { blobs: vec![LEFT_HAND], ..BodyEvidence::new(blank()) };
     for k in 0..5 {
         tracker.update(f64::from(k) / 30.0, &evidence).unwrap();
     }

@@ -6,13 +6,15 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
 import pytracker as pt
+from pytracker.formats.video import Image
+from pytracker.rotation import Array
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -29,6 +31,12 @@ def load_arm(folder: Path | str) -> pt.ArmRecording:
     recording = pt.load(folder)
     assert isinstance(recording, pt.ArmRecording)
     return recording
+
+
+def shown(edges: Image, blobs: Array | None = None, **more: Any) -> pt.BodyEvidence:
+    """Evidence made by hand: edges, and where they are given blobs and more."""
+    empty, none = np.zeros_like(edges), np.zeros((0, 2))
+    return pt.BodyEvidence(empty, edges, empty, none if blobs is None else blobs, none[:, 0], **more)
 
 
 @pytest.fixture(scope="session")

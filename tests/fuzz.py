@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from conftest import shown
 
 import pytracker as pt
 from pytracker.cli.settings import chosen_method
@@ -191,7 +192,10 @@ def call_of_core(rng: np.random.Generator, saved: list[bytes], body: pt.BodyTrac
     elif kind == 4:
         edges = rng.integers(0, 2, (int(rng.integers(1, 9)), int(rng.integers(1, 9)))).astype(np.uint8)
         region = np.abs(numbers(*edges.shape)).astype(np.float32), numbers(int(rng.integers(0, 4)), 2)
-        body.update(number(rng), edges, numbers(int(rng.integers(0, 5)), 2) * 100, region, region)
+        blobs, people = numbers(int(rng.integers(0, 5)), 2) * 100, numbers(int(rng.integers(0, 3)), 9, 3) * 100
+        worn = [("left_forearm", tuple(numbers(4)), number(rng), number(rng))] if rng.random() < 0.5 else []
+        seen = shown(edges, blobs, skin_region=region, foreground_region=region, keypoints=people, orientations=worn)
+        body.update(number(rng), seen)
     elif kind == 5:
         body.joints(numbers(2, int(rng.integers(1, 13))))
         body.poses(numbers(1, int(rng.integers(1, 13))))

@@ -8,6 +8,7 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 import pytest
+from conftest import shown
 
 import pytracker as pt
 from pytracker.rotation import Array
@@ -89,8 +90,7 @@ def test_every_file_parses(
 def test_the_compiled_joints_are_the_skeletons(body: pt.BodyRecording) -> None:
     """What the tracker calls a joint is what the skeleton calls it."""
     tracker = pt.make_tracker(body, pt.BodyPlain(particles=5))
-    evidence = (np.zeros((240, 320), np.uint8), np.zeros((0, 2)))
-    found = tracker.update(0.0, *evidence).joints[0]
+    found = tracker.update(0.0, shown(np.zeros((240, 320), np.uint8))).joints[0]
     expected = body.skeleton.joints(body.initial[None])
     for j, name in enumerate(pt.KEY_JOINTS):
         assert np.abs(found[j] - expected[name][0]).max() < 1e-12

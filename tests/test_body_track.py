@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import shown
 
 import pytracker as pt
 from pytracker import track_body
@@ -24,7 +25,7 @@ METHODS = (
     pt.Annealed(particles=150),
     pt.Partitioned(particles=150),
 )
-EMPTY = (np.zeros((240, 320), np.uint8), np.zeros((0, 2)))
+EMPTY = shown(np.zeros((240, 320), np.uint8))
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
@@ -43,16 +44,15 @@ def test_online_is_offline_and_a_copy_goes_on(body: pt.BodyRecording) -> None:
     extract, tracker = pt.silhouette_of(body), pt.make_tracker(body, method, 5)
     for frame in frames(body.view.video):
         evidence = extract(frame.image)
-        shown = evidence.edges, evidence.blobs, evidence.skin_region, evidence.foreground_region
         if frame.index == 10:
             others = [copy.deepcopy(tracker), pickle.loads(pickle.dumps(tracker))]  # noqa: S301
-            expected = tracker.update(frame.time_s, *shown)
+            expected = tracker.update(frame.time_s, evidence)
             for other in others:
-                estimate = other.update(frame.time_s, *shown)
+                estimate = other.update(frame.time_s, evidence)
                 assert np.array_equal(estimate.state, expected.state)
                 assert np.array_equal(estimate.joints, expected.joints)
         else:
-            expected = tracker.update(frame.time_s, *shown)
+            expected = tracker.update(frame.time_s, evidence)
         assert np.array_equal(expected.state, whole.angles[:, frame.index])
         for k, joint in enumerate(pt.KEY_JOINTS):
             assert np.array_equal(expected.joints[0, k], whole.joints[joint].mean[frame.index])
@@ -96,9 +96,9 @@ def test_evidence_is_said_only_where_weights_are_likelihoods(body: pt.BodyRecord
 def test_an_empty_image_moves_the_paper_as_much_as_a_perfect_one(body: pt.BodyRecording) -> None:
     """Why `Plain` has no evidence: with nothing to see all weigh the same, and the cloud only spreads."""
     tracker = pt.make_tracker(body, pt.BodyPlain(particles=400), 1)
-    spread = [tracker.update(k / 30, *EMPTY).joints[2, 6] for k in range(4)]
+    spread = [tracker.update(k / 30, EMPTY).joints[2, 6] for k in range(4)]
     assert (np.diff([s.sum() for s in spread]) > 0).all()
-    assert tracker.update(0.2, *EMPTY).ess == pytest.approx(400)
+    assert tracker.update(0.2, EMPTY).ess == pytest.approx(400)
 
 
 def test_any_subset_of_channels_can_be_free(body: pt.BodyRecording) -> None:
@@ -141,13 +141,13 @@ def test_a_parameter_out_of_range_is_named(body: pt.BodyRecording, make: object,
 
 def test_frames_must_come_in_order_and_be_images(body: pt.BodyRecording) -> None:
     tracker = pt.make_tracker(body, pt.BodyPlain(particles=5))
-    tracker.update(1.0, *EMPTY)
+    tracker.update(1.0, EMPTY)
     with pytest.raises(pt.InputError, match="frame at 1 s comes after 1 s was reached"):
-        tracker.update(1.0, *EMPTY)
+        tracker.update(1.0, EMPTY)
     with pytest.raises(pt.InputError, match="edges width is 0, expected 1 to 16384"):
-        tracker.update(1.1, np.zeros((240, 0), np.uint8), EMPTY[1])
+        tracker.update(1.1, shown(np.zeros((240, 0), np.uint8)))
     with pytest.raises(pt.InputError, match="blobs has 3 columns, expected 2"):
-        tracker.update(1.1, EMPTY[0], np.zeros((1, 3)))
+        tracker.update(1.1, shown(EMPTY.edges, np.zeros((1, 3))))
 
 
 def test_an_arms_method_does_not_track_a_body(body: pt.BodyRecording) -> None:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import shown
 from test_cli import run
 
 import pytracker as pt
@@ -155,10 +156,10 @@ def test_many_blobs_are_no_more_work(body: pt.BodyRecording) -> None:
     blobs = np.random.default_rng(1).uniform(0, 240, (500, 2))
     began = time.monotonic()
     for k in range(3):
-        made.update(k / 30, np.zeros((240, 320), np.uint8), blobs)
+        made.update(k / 30, shown(np.zeros((240, 320), np.uint8), blobs))
     assert time.monotonic() - began < 5.0  # 54 before
     with pytest.raises(pt.InputError, match="blob at"):
-        made.update(1.0, np.zeros((240, 320), np.uint8), np.array([[np.nan, 1.0]]))
+        made.update(1.0, shown(np.zeros((240, 320), np.uint8), np.array([[np.nan, 1.0]])))
 
 
 def test_a_panic_is_an_error_of_ours(body: pt.BodyRecording) -> None:

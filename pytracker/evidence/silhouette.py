@@ -28,6 +28,9 @@ MEDIAN_FRAMES = 61
 Region = tuple[NDArray[np.float32], Array]
 """Distances from a mask, and points on it."""
 
+Orientation = tuple[str, tuple[float, float, float, float], float, float]
+"""Segment, `q_world_segment`, standard deviations of direction and roll, rad."""
+
 REGION_POINTS = 32
 """So many points, evenly chosen, stand for a mask."""
 
@@ -96,6 +99,10 @@ class BodyEvidence:
         areas_px: their areas `(B,)`.
         skin_region: distance of every pixel from skin `(H, W)`, px, and some points on it `(P, 2)`, px.
         foreground_region: the same of the foreground.
+        keypoints: of each person that a detector found u, v and standard deviation, px `(P, 9, 3)`, in the order of
+            `pytracker._core.KEYPOINTS`; NaN where a joint was not seen.
+        orientations: what inertial sensors say: segment, `q_world_segment` w first, standard deviations of where it
+            points and of its roll, rad.
     """
 
     foreground: Image
@@ -105,6 +112,8 @@ class BodyEvidence:
     areas_px: Array
     skin_region: Region | None = None
     foreground_region: Region | None = None
+    keypoints: Array | None = None
+    orientations: tuple[Orientation, ...] = ()
 
 
 def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:

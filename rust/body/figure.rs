@@ -1,10 +1,12 @@
 //! The tracked figure: the sub-model, its key joints, its outer shape as a table of parts, and the limits of its joints.
 
+use super::cues::keypoints::KEYPOINTS;
 use super::model::{Place, SubModel};
 use crate::particles::ParticleSet;
 use crate::projection::{Projection, Seen};
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result, error::require};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// The joints whose error Li & Kulić report, in the order of every estimate: (name, bone, along it).
@@ -22,6 +24,9 @@ pub const KEY_JOINTS: [(&str, &str, f64); 8] = [
 /// What wears skin: ends of the line whose middle the blob shows: (bone, along) twice.
 const SKIN: [[(&str, f64); 2]; 3] =
     [[("upperneck", 0.0), ("head", 1.0)], [("lhand", 0.6), ("lhand", 0.6)], [("rhand", 0.6), ("rhand", 0.6)]];
+
+/// Of what a detector may see, the key joints after the root come first, then the hips.
+const HIPS: usize = KEY_JOINTS.len() - 1;
 
 /// Which of the body a column or a part belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -97,6 +102,12 @@ pub struct Figure {
     pub model: SubModel,
     /// Its outer shape.
     pub limbs: Vec<Limb>,
+    /// So many of the model's first points its key joints, skin and outer shape need.
+    pub drawn: usize,
+    /// Where what a detector may see is among the points of the model; none where the skeleton has no such bone.
+    pub keypoints: [Option<usize>; KEYPOINTS.len()],
+    /// Points a metre from each elbow along its axis: left, right.
+    pub elbow_axes: [usize; 2],
     /// Group of every column of the state.
     pub groups: Vec<Group>,
     /// What every column of the state is.
@@ -112,7 +123,7 @@ impl Figure {
     /// # Errors
     /// [`Error::Skeleton`] for a bone that is not there, [`Error::Size`], [`Error::Parameter`].
     pub fn new(skeleton: &Skeleton, pose: &[f64], free: &[usize], limits: &[[f64; 2]], parts: &[Part]) -> Result<Self> {
-        let place = |bone: &str, along: f64| Ok(Place { bone: skeleton.bone(bone)?, along });
+        let place = |bone: &str, along: f64| Ok(Place { bone: skeleton.bone(bone)?, along, aside: Vector3::zeros() });
         let mut places = KEY_JOINTS.iter().map(|(_, bone, along)| place(bone, *along)).collect::<Result<Vec<_>>>()?;
         for (bone, along) in SKIN.iter().flatten() {
             places.push(place(bone, *along)?);
@@ -135,6 +146,19 @@ impl Figure {
             let group = Group::of(skeleton, skeleton.bone(&part.end.0)?);
             limbs.push(Limb { start, end, half_width_m: part.half_width_m, group });
         }
+        let drawn = places.len();
+        let hips = ["lhipjoint", "rhipjoint"].map(|bone| place(bone, 1.0).ok());
+        let mut added = |place: Place| {
+            places.push(place);
+            places.len() - 1
+        };
+        let [left_hip, right_hip] = hips.map(|hip| hip.map(&mut added));
+        let keypoint = |k: usize| [left_hip, right_hip].get(k.wrapping_sub(HIPS)).map_or(Some(k + 1), |hip| *hip);
+        let mut elbow_axes = [0; 2];
+        for (axis, (upper, lower)) in elbow_axes.iter_mut().zip([("lhumerus", "lradius"), ("rhumerus", "rradius")]) {
+            let aside = skeleton.bones()[skeleton.bone(lower)?].frame.column(0).into_owned();
+            *axis = added(Place { aside, ..place(upper, 1.0)? });
+        }
         let channels: Vec<_> = skeleton.channels().collect();
         let model = SubModel::new(skeleton, pose, free, &places)?;
         if limits.len() != channels.len() {
@@ -143,6 +167,9 @@ impl Figure {
         let widened = |c: &usize| [limits[*c][0].min(pose[*c]), limits[*c][1].max(pose[*c])];
         Ok(Self {
             limbs,
+            drawn,
+            keypoints: std::array::from_fn(keypoint),
+            elbow_axes,
             groups: free.iter().map(|c| Group::of(skeleton, channels[*c].0)).collect(),
             channels: free.iter().map(|c| channels[*c]).collect(),
             limits: free.iter().map(widened).collect(),

@@ -5,13 +5,14 @@
 //! Statistics and Computing 25, 2015, which are weighed against each other): where they disagree, the depth is not
 //! known, and the spread of all of them together says so.
 
-use super::cues::Scene;
+use super::cues::Weighing;
+use super::cues::keypoints::{Person, nearest};
 use super::figure::{Figure, KEY_JOINTS};
-use super::method::BodyMethod;
+use super::method::{BodyMethod, Frame};
 use super::skin::{Assignment, Blobs};
 use super::tracker::BodyEvidence;
 use crate::Result;
-use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder};
+use crate::filter::{Layer, LayeredFilter, Recorder};
 use crate::particles::ParticleSet;
 use crate::projection::Projection;
 use serde::{Deserialize, Serialize};
@@ -67,17 +68,15 @@ impl Island {
 
     /// One cycle.
     pub fn update(&mut self, sight: &Sight<'_>, recorder: Option<&mut dyn Recorder>) -> Result<Posterior> {
-        let blobs = self.assign(sight);
         let Sight { figure, projection, method, evidence, time_s, elapsed_s, bare } = *sight;
-        let regions = (evidence.skin.as_ref(), evidence.foreground.as_ref());
-        let scene = Scene { figure, projection, edges: &evidence.edges, blobs, regions };
+        let (blobs, person) = self.assign(sight);
+        let frame = Frame { figure, projection, evidence, blobs, person, bare };
         let walks: Vec<_> = method.layers.iter().map(|layer| method.walk(figure, layer, elapsed_s)).collect();
-        let weighings: Vec<Box<dyn Likelihood + '_>> =
-            method.layers.iter().map(|layer| method.weighing(layer, scene, bare)).collect();
+        let weighings: Vec<Weighing<'_>> = method.layers.iter().map(|layer| method.weighing(layer, &frame)).collect();
         let layers: Vec<Layer<'_>> = walks
             .iter()
             .zip(&weighings)
-            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing.as_ref()] })
+            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing] })
             .collect();
         self.filter.cycle(time_s, &layers, recorder, |particles, log_evidence| Posterior {
             particles: particles.clone(),
@@ -86,16 +85,17 @@ impl Island {
         })
     }
 
-    /// Blobs to wearers, by where the mean of the particles expects them.
-    fn assign(&mut self, sight: &Sight<'_>) -> Blobs {
+    /// Blobs to wearers, and which of the people found is this one, by where the mean of the particles expects them.
+    fn assign<'a>(&mut self, sight: &Sight<'a>) -> (Blobs, Option<&'a Person>) {
+        let Sight { figure, projection, method, evidence, .. } = *sight;
         let (mean, _) = self.filter.particles().moments();
-        let seen = sight.figure.seen(sight.projection, mean.as_slice());
-        let see = |p: usize| seen[p];
+        let seen = figure.seen(projection, mean.as_slice());
         let expected = [0, 1, 2].map(|wearer| {
-            let [a, b] = [0, 1].map(|end| see(KEY_JOINTS.len() + 2 * wearer + end));
+            let [a, b] = [0, 1].map(|end| seen[KEY_JOINTS.len() + 2 * wearer + end]);
             [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
         });
-        self.assignment.assign(&sight.evidence.blobs, &expected, see(0).px_per_m)
+        let blobs = self.assignment.assign(&evidence.blobs, &expected, seen[0].px_per_m);
+        (blobs, nearest(&evidence.keypoints, figure, &seen, method.keypoints))
     }
 }
 

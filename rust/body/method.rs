@@ -6,13 +6,22 @@
 //! | annealed | [diffusion, cues] k times: flat to sharp, the diffusion shrinking |
 //! | partitioned | torso; left arm; right arm |
 
-use super::cues::{FixedScale, Look, Rescaled, Scene};
+use super::cues::blobs::{BlobDistance, Scale};
+use super::cues::keypoints::{KeypointDistance, KeypointLook, Person};
+use super::cues::limits::Limits;
+use super::cues::orientation::OrientationDistance;
+use super::cues::outline::Outline;
+use super::cues::penetration::Penetration;
+use super::cues::region::{RegionLook, Regions};
+use super::cues::{Blend, Cue, Weighing};
 use super::figure::{Figure, Group};
 use super::motion::{Anew, Walk};
-use super::region::RegionLook;
+use super::skin::Blobs;
+use super::tracker::BodyEvidence;
 use super::unseen::Unseen;
 use crate::error::require;
-use crate::filter::{Likelihood, Resampling};
+use crate::filter::Resampling;
+use crate::projection::Projection;
 use crate::skeleton::Channel;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -41,10 +50,49 @@ pub struct Diffusion {
     pub joint: f64,
 }
 
-/// How particles are weighed.
+/// What a layer weighs by; see [`super::cues`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CueName {
+    /// [`super::cues::outline`].
+    Edges,
+    /// [`super::cues::blobs`].
+    Blobs,
+    /// [`super::cues::region`].
+    Regions,
+    /// [`super::cues::keypoints`].
+    Keypoints,
+    /// [`super::cues::orientation`].
+    Orientation,
+    /// [`super::cues::limits`].
+    Limits,
+    /// [`super::cues::penetration`].
+    Penetration,
+}
+
+impl CueName {
+    /// In lower case.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn from_name(name: &str) -> Result<Self> {
+        let known = "edges, blobs, regions, keypoints, orientation, limits, penetration";
+        match name {
+            "edges" => Ok(Self::Edges),
+            "blobs" => Ok(Self::Blobs),
+            "regions" => Ok(Self::Regions),
+            "keypoints" => Ok(Self::Keypoints),
+            "orientation" => Ok(Self::Orientation),
+            "limits" => Ok(Self::Limits),
+            "penetration" => Ok(Self::Penetration),
+            _ => Err(Error::UnknownName { what: "cue", name: name.into(), known }),
+        }
+    }
+}
+
+/// How cues are blended.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Weighing {
-    /// As the paper does.
+pub enum Blending {
+    /// As the paper does, edges and blobs.
     Rescaled {
         /// `A`.
         base: f64,
@@ -53,22 +101,8 @@ pub enum Weighing {
         /// How far alpha follows what each cue tells apart, 0 to 1.
         adapt: f64,
     },
-    /// On a fixed scale.
-    Fixed {
-        /// Log-likelihood lost by a part that misses every edge.
-        edge_loss: f64,
-    },
-}
-
-/// How much skin and foreground count as regions.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Regions {
-    /// Log-likelihood lost by hands and forearms off the skin, and by skin that nobody wears.
-    pub skin_loss: f64,
-    /// The same of limbs and the foreground.
-    pub foreground_loss: f64,
-    /// As bad as any, m.
-    pub reach_m: f64,
+    /// Each on its own scale.
+    Sum,
 }
 
 /// A method of tracking the body.
@@ -86,22 +120,46 @@ pub struct BodyMethod {
     pub diffusion: Diffusion,
     /// Share of the particles whose arm is drawn anew from all that its joints allow.
     pub anew_share: f64,
-    /// How particles are weighed.
-    pub weighing: Weighing,
+    /// What layers weigh by, where a frame has it.
+    pub cues: Vec<CueName>,
+    /// How they are blended.
+    pub blending: Blending,
+    /// Log-likelihood lost by a part that misses every edge.
+    pub edge_loss: f64,
     /// Standard deviation of a blob's centre, m.
     pub blob_sd_m: f64,
     /// Standard deviations beyond which a blob says nothing more.
     pub blob_reach: f64,
     /// How far from where it was expected a blob may be, m.
     pub gate_m: f64,
-    /// Whether limits of joints count.
-    pub limits: bool,
-    /// Whether hands in the torso count.
-    pub penetration: bool,
-    /// How much regions count.
-    pub regions: Regions,
+    /// Log-likelihood lost by hands and forearms off the skin, and by skin that nobody wears.
+    pub skin_loss: f64,
+    /// The same of limbs and the foreground.
+    pub foreground_loss: f64,
+    /// Farther off a region than this is as bad as any, m.
+    pub region_reach_m: f64,
+    /// How much keypoints count.
+    pub keypoints: KeypointLook,
+    /// How many times the spread that it says an orientation has.
+    pub orientation_inflation: f64,
     /// What the estimate adds to the joints' depth.
     pub unseen: Unseen,
+}
+
+/// What a body can do at all, whatever is seen.
+const BOUNDS: [CueName; 2] = [CueName::Limits, CueName::Penetration];
+
+/// What a frame shows to one filter.
+pub(super) struct Frame<'a> {
+    pub figure: &'a Figure,
+    pub projection: &'a Projection,
+    pub evidence: &'a BodyEvidence,
+    /// By wearer.
+    pub blobs: Blobs,
+    /// Of all whose keypoints were found, the one who is followed.
+    pub person: Option<&'a Person>,
+    /// How bare the forearms are, 0 to 1.
+    pub bare: f64,
 }
 
 /// No parameter is larger, in any unit.
@@ -127,23 +185,35 @@ impl BodyMethod {
         require(zero_or_more(trunk), "trunk_density", trunk, "0 rad/√s or more")?;
         require(zero_or_more(joint), "joint_density", joint, "0 rad/√s or more")?;
         require((0.0..1.0).contains(&self.anew_share), "anew_share", self.anew_share, "a share from 0 to below 1")?;
-        match self.weighing {
-            Weighing::Rescaled { base, alpha, adapt } => {
-                require(base > 1.0 && base <= 1e100, "sharpness", base, "above 1")?;
-                require((0.0..=2.0).contains(&alpha), "alpha", alpha, "0 to 2")?;
-                require((0.0..=1.0).contains(&adapt), "adapt", adapt, "0 to 1")?;
-            }
-            Weighing::Fixed { edge_loss } => {
-                require(zero_or_more(edge_loss), "edge_loss", edge_loss, "0 or more")?;
+        if let Blending::Rescaled { base, alpha, adapt } = self.blending {
+            require(base > 1.0 && base <= 1e100, "sharpness", base, "above 1")?;
+            require((0.0..=2.0).contains(&alpha), "alpha", alpha, "0 to 2")?;
+            require((0.0..=1.0).contains(&adapt), "adapt", adapt, "0 to 1")?;
+            let two = self.cues.iter().filter(|cue| !BOUNDS.contains(cue));
+            if !two.eq(&[CueName::Edges, CueName::Blobs]) {
+                return Err(Error::UnknownName {
+                    what: "list of cues that are rescaled",
+                    name: format!("{:?}", self.cues).to_lowercase(),
+                    known: "edges, blobs, and of limits and penetration what is wanted",
+                });
             }
         }
+        if let Some(twice) = (1..self.cues.len()).find(|k| self.cues[..*k].contains(&self.cues[*k])) {
+            let name = format!("{:?}", self.cues[twice]).to_lowercase();
+            return Err(Error::UnknownName { what: "second cue", name, known: "each at most once" });
+        }
+        require(zero_or_more(self.edge_loss), "edge_loss", self.edge_loss, "0 or more")?;
         require(positive(self.blob_sd_m), "blob_sd_m", self.blob_sd_m, "a positive length in metres")?;
         require(positive(self.blob_reach), "blob_reach", self.blob_reach, "a positive number")?;
         require(positive(self.gate_m), "gate_m", self.gate_m, "a positive length in metres")?;
-        let Regions { skin_loss, foreground_loss, reach_m } = self.regions;
-        require(zero_or_more(skin_loss), "skin_loss", skin_loss, "0 or more")?;
-        require(zero_or_more(foreground_loss), "foreground_loss", foreground_loss, "0 or more")?;
-        require(positive(reach_m), "region_reach_m", reach_m, "a positive length in metres")?;
+        require(zero_or_more(self.skin_loss), "skin_loss", self.skin_loss, "0 or more")?;
+        require(zero_or_more(self.foreground_loss), "foreground_loss", self.foreground_loss, "0 or more")?;
+        require(positive(self.region_reach_m), "region_reach_m", self.region_reach_m, "a positive length in metres")?;
+        let KeypointLook { inflation, reach } = self.keypoints;
+        require(positive(inflation), "keypoint_inflation", inflation, "a positive number")?;
+        require(positive(reach), "keypoint_reach", reach, "a positive number")?;
+        let inflation = self.orientation_inflation;
+        require(positive(inflation), "orientation_inflation", inflation, "a positive number")?;
         self.unseen.check()?;
         if self.layers.is_empty() {
             return Err(Error::Size { name: "layers", got: 0, unit: "layers", expected: 1 });
@@ -173,23 +243,55 @@ impl BodyMethod {
         Walk { sd, anew, share: self.anew_share * layer.spread }
     }
 
-    pub(super) fn weighing<'a>(&'a self, layer: &BodyLayer, scene: Scene<'a>, bare: f64) -> Box<dyn Likelihood + 'a> {
-        let Self { blob_sd_m, blob_reach, limits, penetration, .. } = *self;
-        let Regions { skin_loss, foreground_loss, reach_m } = self.regions;
-        let regions =
-            (skin_loss + foreground_loss > 0.0).then_some(RegionLook { skin_loss, foreground_loss, reach_m, bare });
-        let look = Look { groups: layer.groups.clone(), blob_sd_m, blob_reach, regions, limits, penetration };
-        match self.weighing {
-            Weighing::Rescaled { base, alpha, adapt } => {
-                let base = base.powf(layer.sharpness);
-                Box::new(Rescaled { scene, look, base, alpha, adapt })
+    /// What a layer weighs particles by, of what a frame shows.
+    pub(super) fn weighing<'a>(&'a self, layer: &'a BodyLayer, frame: &Frame<'a>) -> Weighing<'a> {
+        let (bounds, cues): (Vec<_>, Vec<_>) = self.cues.iter().partition(|cue| BOUNDS.contains(cue));
+        let boxed = |names: Vec<&CueName>| names.into_iter().filter_map(|cue| self.cue(*cue, layer, frame)).collect();
+        let blend = match self.blending {
+            Blending::Rescaled { base, alpha, adapt } => {
+                Blend::Rescaled { base: base.powf(layer.sharpness), alpha, adapt }
             }
-            Weighing::Fixed { edge_loss } => {
+            Blending::Sum => {
                 // A cue that is weighed by in several layers is a likelihood in none of them.
                 let looks = |group: &Group| self.layers.iter().filter(|l| l.groups.contains(group)).count();
                 let is_evidence = layer.sharpness == 1.0 && layer.groups.iter().all(|group| looks(group) == 1);
-                Box::new(FixedScale { scene, look, edge_loss, sharpness: layer.sharpness, is_evidence })
+                Blend::Sum { sharpness: layer.sharpness, is_evidence }
             }
-        }
+        };
+        Weighing { figure: frame.figure, projection: frame.projection, cues: boxed(cues), bounds: boxed(bounds), blend }
+    }
+
+    /// A cue of that name, where the frame has what it needs.
+    fn cue<'a>(&'a self, name: CueName, layer: &'a BodyLayer, frame: &Frame<'a>) -> Option<Box<dyn Cue + 'a>> {
+        let (groups, evidence) = (layer.groups.as_slice(), frame.evidence);
+        let is_rescaled = matches!(self.blending, Blending::Rescaled { .. });
+        Some(match name {
+            CueName::Edges => {
+                let loss = if is_rescaled { 1.0 } else { self.edge_loss };
+                Box::new(Outline { edges: &evidence.edges, groups, loss })
+            }
+            CueName::Blobs => {
+                let spread = Scale::Spread { sd_m: self.blob_sd_m, reach: self.blob_reach };
+                let scale = if is_rescaled { Scale::Pixels } else { spread };
+                Box::new(BlobDistance { blobs: frame.blobs, groups, scale })
+            }
+            CueName::Regions => {
+                let Self { skin_loss, foreground_loss, region_reach_m: reach_m, .. } = *self;
+                let (skin, foreground) = (evidence.skin.as_ref(), evidence.foreground.as_ref());
+                let look = RegionLook { skin_loss, foreground_loss, reach_m, bare: frame.bare };
+                Box::new(Regions { skin, foreground, groups, look })
+            }
+            CueName::Keypoints => {
+                let look = self.keypoints;
+                Box::new(KeypointDistance { person: frame.person?, groups, look })
+            }
+            CueName::Orientation if evidence.orientations.is_empty() => return None,
+            CueName::Orientation => {
+                let (orientations, inflation) = (evidence.orientations.as_slice(), self.orientation_inflation);
+                Box::new(OrientationDistance { orientations, groups, inflation })
+            }
+            CueName::Limits => Box::new(Limits),
+            CueName::Penetration => Box::new(Penetration),
+        })
     }
 }

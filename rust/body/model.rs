@@ -20,6 +20,8 @@ pub struct Place {
     pub bone: usize,
     /// 0 at its start, 1 at its end.
     pub along: f64,
+    /// From there, m, along the world's axes in the skeleton's base pose; it turns with the bone.
+    pub aside: Vector3<f64>,
 }
 
 /// Where a number of a segment comes from.
@@ -127,7 +129,7 @@ impl SubModel {
             .iter()
             .map(|place| {
                 let bone = &rigid[place.bone];
-                (bone.segment, bone.start + (bone.end - bone.start) * place.along)
+                (bone.segment, bone.start + (bone.end - bone.start) * place.along + bone.rotation * place.aside)
             })
             .collect();
         model.drop_unused();
@@ -275,9 +277,11 @@ mod tests {
             let free: Vec<usize> =
                 (0..channels).filter(|c| case == 0 || (c + case as usize).is_multiple_of(3)).collect();
             let places: Vec<Place> = if case % 2 == 0 {
-                (0..6).flat_map(|bone| [0.0, 0.3, 1.0].map(|along| Place { bone, along })).collect()
+                (0..6)
+                    .flat_map(|bone| [0.0, 0.3, 1.0].map(|along| Place { bone, along, aside: Vector3::zeros() }))
+                    .collect()
             } else {
-                vec![Place { bone: 4, along: 1.0 }]
+                vec![Place { bone: 4, along: 1.0, aside: Vector3::zeros() }]
             };
             let model = SubModel::new(&skeleton, &pose, &free, &places).unwrap();
             let mut set = ParticleSet::new(11, free.len()).unwrap();

@@ -1,12 +1,14 @@
 //! The online tracker of the body: an image's evidence in, a pose with error bars out.
 
+use super::cues::keypoints::Person;
+use super::cues::orientation::Orientation;
+use super::cues::region::{Region, bareness};
 use super::edges::EdgeImage;
 use super::figure::Figure;
 use super::island::{Island, Posterior, Sight, most_given};
 use super::method::BodyMethod;
-use super::region::{Region, bareness};
 use super::skin::Blobs;
-use crate::error::require_time;
+use crate::error::{require, require_time};
 use crate::filter::Recorder;
 use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
@@ -17,6 +19,8 @@ use serde::{Deserialize, Serialize};
 
 /// No picture is larger, px.
 const MOST_PX: f64 = 1e6;
+/// No angle is less known.
+const MOST_RAD: f64 = 10.0;
 
 /// What a frame shows.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +33,40 @@ pub struct BodyEvidence {
     pub skin: Option<Region>,
     /// The person as a region, where it is given.
     pub foreground: Option<Region>,
+    /// Keypoints of every person that a detector found.
+    pub keypoints: Vec<Person>,
+    /// What inertial sensors say of the segments that wear them.
+    pub orientations: Vec<Orientation>,
+}
+
+impl BodyEvidence {
+    /// Edges, and nothing else yet.
+    pub fn new(edges: EdgeImage) -> Self {
+        let (blobs, keypoints, orientations) = (Vec::new(), Vec::new(), Vec::new());
+        Self { edges, blobs, skin: None, foreground: None, keypoints, orientations }
+    }
+
+    fn check(&self, time_s: f64) -> Result<()> {
+        let odd = |x: &f64| x.is_nan() || x.abs() > MOST_PX;
+        if let Some(odd) = self.blobs.iter().flatten().find(|x| odd(x)) {
+            return Err(Error::NotFinite { name: "blob", time_s, value: *odd });
+        }
+        for keypoint in self.keypoints.iter().flatten().flatten() {
+            if let Some(odd) = keypoint.pixel.iter().find(|x| odd(x)) {
+                return Err(Error::NotFinite { name: "keypoint", time_s, value: *odd });
+            }
+            let sd_px = keypoint.sd_px;
+            require((0.0..=MOST_PX).contains(&sd_px), "spread of a keypoint", sd_px, "0 px or more")?;
+        }
+        for worn in &self.orientations {
+            if let Some(odd) = worn.q_world_segment.coords.iter().find(|x| !x.is_finite()) {
+                return Err(Error::NotFinite { name: "orientation", time_s, value: *odd });
+            }
+            require(worn.sd > 0.0 && worn.sd <= MOST_RAD, "spread of an orientation", worn.sd, "a positive angle")?;
+            require(worn.roll_sd > 0.0, "spread of a roll", worn.roll_sd, "a positive angle, or infinite")?;
+        }
+        Ok(())
+    }
 }
 
 /// What the tracker knows at one frame.
@@ -115,9 +153,7 @@ impl BodyTracker {
         recorder: Option<&mut dyn Recorder>,
     ) -> Result<BodyEstimate> {
         require_time("frame time", time_s)?;
-        if let Some(odd) = evidence.blobs.iter().flatten().find(|x| x.is_nan() || x.abs() > MOST_PX) {
-            return Err(Error::NotFinite { name: "blob", time_s, value: *odd });
-        }
+        evidence.check(time_s)?;
         if let Some(lost_at_s) = self.lost_at_s {
             return Err(Error::Lost { time_s, lost_at_s });
         }

@@ -2,17 +2,18 @@
 
 use super::body_arguments::{PartArgument, extract_method, extract_projection};
 use super::body_estimate::BodyEstimate;
+use super::body_evidence::{extract_evidence, image};
 use super::border::compute;
 use super::record::{LayerRecord, records};
 use super::rows;
 use super::skeleton::Skeleton;
-use crate::body::edges::EdgeImage;
-use crate::body::{self, BodyEvidence, BodyMethod, Figure, KEY_JOINTS, Part, Region};
+use crate::Error;
+use crate::body::cues::keypoints::KEYPOINTS;
+use crate::body::{self, BodyEvidence, BodyMethod, Figure, KEY_JOINTS, Part};
 use crate::error::guarded;
 use crate::filter::History;
 use crate::particles::ParticleSet;
 use crate::projection::Projection;
-use crate::{Error, Result};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -52,38 +53,31 @@ impl BodyTracker {
         })?))
     }
 
-    /// Take a frame: time in s, edges `(H, W)` bytes (0 is none), centres of blobs `(B, 2)` px in no order; skin and
-    /// foreground as regions, each a pair: distance of every pixel `(H, W)`, px, and some points `(P, 2)`, px. Raises
-    /// `InputError`, or `TrackingError` when no particle explains what was seen. `threads` limits how many work on the
-    /// particles; it does not change the result.
-    #[pyo3(signature = (time_s, edges, blobs, skin = None, foreground = None, threads = None))]
-    #[allow(clippy::too_many_arguments)] // one argument a sense; keywords in Python
+    /// Take a frame: time in s, and what it shows, such as a `pytracker.BodyEvidence`: `edges` `(H, W)` bytes (0 is none),
+    /// `blobs` `(B, 2)`, centres, px, in no order; `skin_region` and `foreground_region`, each `None` or a pair: distance
+    /// of every pixel `(H, W)`, px, and some points `(P, 2)`, px; `keypoints` `(P, 9, 3)`: of each person u, v and standard
+    /// deviation, px, in the order of `KEYPOINTS`, NaN where not seen; `orientations`, a list of what sensors say: segment,
+    /// `q_world_segment` (w first), standard deviations of direction and of roll (infinite: none), rad. Raises `InputError`,
+    /// or `TrackingError` when no particle explains what was seen. `threads` limits how many work on the particles; it
+    /// does not change the result.
+    #[pyo3(signature = (time_s, evidence, threads = None))]
     fn update(
         &mut self,
         py: Python<'_>,
         time_s: f64,
-        edges: PyReadonlyArray2<'_, u8>,
-        blobs: PyReadonlyArray2<'_, f64>,
-        skin: Option<RegionArgument<'_>>,
-        foreground: Option<RegionArgument<'_>>,
+        #[pyo3(from_py_with = extract_evidence)] evidence: BodyEvidence,
         threads: Option<usize>,
     ) -> PyResult<BodyEstimate> {
-        let evidence = evidence(&edges, &blobs, skin, foreground)?;
         Ok(BodyEstimate(compute(py, threads, || self.0.update(time_s, &evidence))?))
     }
 
     /// The same, with what every layer did: same bits, more memory. Raises as `update`.
-    #[pyo3(signature = (time_s, edges, blobs, skin = None, foreground = None))]
     fn update_recorded(
         &mut self,
         py: Python<'_>,
         time_s: f64,
-        edges: PyReadonlyArray2<'_, u8>,
-        blobs: PyReadonlyArray2<'_, f64>,
-        skin: Option<RegionArgument<'_>>,
-        foreground: Option<RegionArgument<'_>>,
+        #[pyo3(from_py_with = extract_evidence)] evidence: BodyEvidence,
     ) -> PyResult<(BodyEstimate, Vec<LayerRecord>)> {
-        let evidence = evidence(&edges, &blobs, skin, foreground)?;
         let mut history = History::default();
         let estimate = compute(py, None, || self.0.update_recorded(time_s, &evidence, Some(&mut history)))?;
         Ok((BodyEstimate(estimate), records(history)))
@@ -138,41 +132,14 @@ impl BodyTracker {
     }
 }
 
-/// Distances `(H, W)` and points `(P, 2)` of a region.
-type RegionArgument<'py> = (PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, f64>);
-
-fn evidence(
-    edges: &PyReadonlyArray2<'_, u8>,
-    blobs: &PyReadonlyArray2<'_, f64>,
-    skin: Option<RegionArgument<'_>>,
-    foreground: Option<RegionArgument<'_>>,
-) -> PyResult<BodyEvidence> {
-    let region = |(distance, points): RegionArgument<'_>| -> PyResult<Region> {
-        let view = distance.as_array();
-        let (height, width) = view.dim();
-        Ok(Region::new(width, height, view.iter().copied().collect(), rows("points of a region", &points)?)?)
-    };
-    Ok(BodyEvidence {
-        edges: image(edges)?,
-        blobs: rows("blobs", blobs)?,
-        skin: skin.map(region).transpose()?,
-        foreground: foreground.map(region).transpose()?,
-    })
-}
-
-/// Edges `(H, W)`, any strides.
-fn image(edges: &PyReadonlyArray2<'_, u8>) -> Result<EdgeImage> {
-    let view = edges.as_array();
-    let (height, width) = view.dim();
-    match view.as_slice() {
-        Some(bytes) => EdgeImage::new(width, height, bytes),
-        None => EdgeImage::new(width, height, &view.iter().copied().collect::<Vec<_>>()),
-    }
-}
-
 /// Names of the key joints, in the order of every estimate.
 pub fn key_joints() -> Vec<&'static str> {
     KEY_JOINTS.iter().map(|(name, _, _)| *name).collect()
+}
+
+/// Names of the joints that a detector may see, in the order of `keypoints`.
+pub fn keypoints() -> Vec<&'static str> {
+    KEYPOINTS.iter().map(|(name, _, _)| *name).collect()
 }
 
 /// Share of an outline's pixels that lie on no edge (Li & Kulić eq. 4), 0 to 1: edges `(H, W)` bytes, outlines

@@ -1,11 +1,12 @@
 //! What Python gives a body tracker, read: the outer shape, the camera, the method.
 
-use crate::Result;
-use crate::body::{BodyLayer, BodyMethod, Diffusion, Group, Regions, Unseen, Weighing};
+use crate::body::cues::keypoints::KeypointLook;
+use crate::body::{Blending, BodyLayer, BodyMethod, CueName, Diffusion, Group, Unseen};
 use crate::camera::Camera;
 use crate::filter::Resampling;
 use crate::projection::Projection;
 use crate::resample::Scheme;
+use crate::{Error, Result};
 use pyo3::prelude::*;
 
 /// `pytracker.Part`, read.
@@ -42,25 +43,30 @@ struct MethodArgument {
     base_turn_density: f64,
     trunk_density: f64,
     joint_density: f64,
+    cues: Vec<String>,
+    blend: String,
     blob_sd_m: f64,
     blob_reach: f64,
     gate_m: f64,
     anew_share: f64,
-    limits: bool,
-    penetration: bool,
     unseen_distance_sd_m: f64,
     unseen_lean_sd_rad: f64,
     unseen_turn_sd_rad: f64,
     skin_loss: f64,
     foreground_loss: f64,
     region_reach_m: f64,
+    keypoint_inflation: f64,
+    keypoint_reach: f64,
+    orientation_inflation: f64,
+    edge_loss: f64,
 }
 
-/// What weighs, told apart by what it has.
+/// What the paper's blend has besides.
 #[derive(FromPyObject)]
-enum WeighingArgument {
-    Rescaled { sharpness: f64, alpha: f64, adapt: f64 },
-    Fixed { edge_loss: f64 },
+struct RescaledArgument {
+    sharpness: f64,
+    alpha: f64,
+    adapt: f64,
 }
 
 pub fn extract_projection(camera: &Bound<'_, PyAny>) -> PyResult<Projection> {
@@ -72,9 +78,13 @@ pub fn extract_projection(camera: &Bound<'_, PyAny>) -> PyResult<Projection> {
 
 pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
     let m: MethodArgument = method.extract()?;
-    let weighing = match method.extract()? {
-        WeighingArgument::Rescaled { sharpness, alpha, adapt } => Weighing::Rescaled { base: sharpness, alpha, adapt },
-        WeighingArgument::Fixed { edge_loss } => Weighing::Fixed { edge_loss },
+    let blending = match m.blend.as_str() {
+        "sum" => Blending::Sum,
+        "rescaled" => {
+            let RescaledArgument { sharpness, alpha, adapt } = method.extract()?;
+            Blending::Rescaled { base: sharpness, alpha, adapt }
+        }
+        _ => return Err(Error::UnknownName { what: "blend", name: m.blend, known: "sum, rescaled" }.into()),
     };
     let layer = |(groups, spread, sharpness): (Vec<String>, f64, f64)| {
         let groups = groups.iter().map(|group| Group::from_name(group)).collect::<Result<_>>()?;
@@ -92,13 +102,17 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
             joint: m.joint_density,
         },
         anew_share: m.anew_share,
-        weighing,
+        cues: m.cues.iter().map(|name| CueName::from_name(name)).collect::<Result<_>>()?,
+        blending,
+        edge_loss: m.edge_loss,
         blob_sd_m: m.blob_sd_m,
         blob_reach: m.blob_reach,
         gate_m: m.gate_m,
-        limits: m.limits,
-        penetration: m.penetration,
-        regions: Regions { skin_loss: m.skin_loss, foreground_loss: m.foreground_loss, reach_m: m.region_reach_m },
+        skin_loss: m.skin_loss,
+        foreground_loss: m.foreground_loss,
+        region_reach_m: m.region_reach_m,
+        keypoints: KeypointLook { inflation: m.keypoint_inflation, reach: m.keypoint_reach },
+        orientation_inflation: m.orientation_inflation,
         unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
     };
     method.check()?;

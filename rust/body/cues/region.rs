@@ -5,7 +5,8 @@
 //! belongs to somebody. Both directions count (a chamfer distance: Barrow et al., IJCAI 1977), each capped, since masks
 //! have holes and spots.
 
-use super::figure::{Figure, Group, KEY_JOINTS};
+use super::super::figure::{Figure, Group, KEY_JOINTS};
+use super::{Cue, Posed};
 use crate::projection::Seen;
 use crate::{Error, Result, error::require};
 
@@ -29,6 +30,27 @@ pub struct RegionLook {
     pub reach_m: f64,
     /// How bare the forearms are, 0 to 1.
     pub bare: f64,
+}
+
+/// Skin and foreground, where each is given, against the limbs.
+pub struct Regions<'a> {
+    /// Skin.
+    pub skin: Option<&'a Region>,
+    /// The person.
+    pub foreground: Option<&'a Region>,
+    /// Groups whose limbs may be amiss.
+    pub groups: &'a [Group],
+    /// How much they count.
+    pub look: RegionLook,
+}
+
+impl Cue for Regions<'_> {
+    fn score(&self, posed: &Posed<'_>, out: &mut [f64]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            let seen = &posed.seen(i)[..posed.figure.drawn];
+            *out = loss(posed.figure, seen, self.groups, (self.skin, self.foreground), &self.look);
+        }
+    }
 }
 
 /// A limb in the picture: a line with round ends, px.
@@ -112,7 +134,7 @@ fn between(seen: &[Seen], (a, b): (usize, usize), share: f64) -> [f64; 2] {
 }
 
 /// What is lost by a posed figure, `seen` in the picture, where the groups named may be amiss.
-pub fn loss(
+fn loss(
     figure: &Figure,
     seen: &[Seen],
     groups: &[Group],

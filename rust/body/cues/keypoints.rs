@@ -1,0 +1,104 @@
+//! Joints against a detector's points in the picture.
+//!
+//! Not in the paper. A detector's point is a few pixels off, or somewhere else altogether; and what it calls a shoulder is not
+//! quite the skeleton's. Both are in the spread, and a wild point ends up saying nothing.
+
+use super::super::figure::{Figure, Group};
+use super::{Cue, Posed};
+use crate::projection::Seen;
+use serde::{Deserialize, Serialize};
+
+/// The joints that a detector may see: name, group, and how far a detector's is from the skeleton's, m (measured on clips of
+/// people: shoulders, elbows and wrists 1 to 2 cm; hips and head are called so by convention only).
+pub const KEYPOINTS: [(&str, Group, f64); 9] = [
+    ("head", Group::Torso, 0.05),
+    ("left_shoulder", Group::Torso, 0.02),
+    ("right_shoulder", Group::Torso, 0.02),
+    ("left_elbow", Group::LeftArm, 0.02),
+    ("right_elbow", Group::RightArm, 0.02),
+    ("left_wrist", Group::LeftArm, 0.02),
+    ("right_wrist", Group::RightArm, 0.02),
+    ("left_hip", Group::Torso, 0.05),
+    ("right_hip", Group::Torso, 0.05),
+];
+
+/// A point of a detector.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Keypoint {
+    /// px.
+    pub pixel: [f64; 2],
+    /// Standard deviation along each axis, px.
+    pub sd_px: f64,
+}
+
+/// One person's points, in the order of [`KEYPOINTS`]; none where it was not seen.
+pub type Person = [Option<Keypoint>; KEYPOINTS.len()];
+
+/// How much keypoints count.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct KeypointLook {
+    /// How many times the spread of a single frame: errors of neighbouring frames are much alike.
+    pub inflation: f64,
+    /// Beyond about so many standard deviations a point says nothing more.
+    pub reach: f64,
+}
+
+/// Squared distances in standard deviations, each levelling off.
+pub struct KeypointDistance<'a> {
+    /// Who is followed.
+    pub person: &'a Person,
+    /// Groups whose points count.
+    pub groups: &'a [Group],
+    /// How much they count.
+    pub look: KeypointLook,
+}
+
+/// What a point that is seen at `seen` loses.
+fn loss(seen: Seen, keypoint: Keypoint, mismatch_m: f64, look: KeypointLook) -> f64 {
+    let most = (-0.5 * look.reach * look.reach).exp();
+    let [du, dv] = [seen.u - keypoint.pixel[0], seen.v - keypoint.pixel[1]];
+    let spread = look.inflation * keypoint.sd_px.hypot(mismatch_m * seen.px_per_m);
+    let squared = (du * du + dv * dv) / (spread * spread);
+    // Behind the camera it is nowhere.
+    let explained = if squared.is_finite() { (-0.5 * squared).exp() } else { 0.0 };
+    (1.0 + most).ln() - (explained + most).ln()
+}
+
+impl KeypointDistance<'_> {
+    fn points<'a>(&'a self, figure: &'a Figure) -> impl Iterator<Item = (usize, Keypoint, f64)> + 'a {
+        let named = KEYPOINTS.iter().zip(self.person).zip(&figure.keypoints);
+        named
+            .filter(|(((_, group, _), _), _)| self.groups.contains(group))
+            .filter_map(|(((_, _, mismatch_m), keypoint), point)| Some(((*point)?, (*keypoint)?, *mismatch_m)))
+    }
+}
+
+impl Cue for KeypointDistance<'_> {
+    fn score(&self, posed: &Posed<'_>, out: &mut [f64]) {
+        for (i, out) in out.iter_mut().enumerate() {
+            let seen = posed.seen(i);
+            let points = self.points(posed.figure);
+            *out = points.map(|(point, keypoint, mismatch_m)| loss(seen[point], keypoint, mismatch_m, self.look)).sum();
+        }
+    }
+
+    fn reads(&self, figure: &Figure) -> usize {
+        figure.model.len()
+    }
+}
+
+/// The person whose points lie nearest to where the figure's are expected; none where no point of any is within reach.
+pub fn nearest<'a>(people: &'a [Person], figure: &Figure, seen: &[Seen], look: KeypointLook) -> Option<&'a Person> {
+    // A person may have moved since the last frame, and a first pose may be rough.
+    let wide = KeypointLook { inflation: 4.0 * look.inflation, ..look };
+    let gained = |person: &Person| {
+        let most = 0.5 * wide.reach * wide.reach;
+        let points = KEYPOINTS.iter().zip(person).zip(&figure.keypoints);
+        let each = points.filter_map(|(((_, _, mismatch_m), keypoint), point)| {
+            Some(most - loss(seen[(*point)?], (*keypoint)?, *mismatch_m, wide))
+        });
+        each.sum::<f64>()
+    };
+    let best = people.iter().map(|person| (gained(person), person)).max_by(|a, b| a.0.total_cmp(&b.0));
+    best.filter(|(gained, _)| *gained > 1.0).map(|(_, person)| person)
+}
