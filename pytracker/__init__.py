@@ -42,6 +42,7 @@ from pytracker.cycle import Cloud, Cycle, CycleLayer, record_cycle
 from pytracker.doubts import doubts
 from pytracker.evaluate import JointScores, Scores, evaluate
 from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
+from pytracker.evidence.senses import Senses, senses_of
 from pytracker.evidence.sightings import Sightings, sight
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters, median_background
 from pytracker.formats.amc import Motion, read_amc, write_amc
@@ -49,7 +50,7 @@ from pytracker.formats.asf import read_asf
 from pytracker.intervals import Interval, mean_interval, paired_difference, paired_ratio
 from pytracker.joint_track import JointTrack, Track
 from pytracker.load import load
-from pytracker.methods import Ekf, Inertial, Joint, Layered, LayeredFromConstraint, Mixture, Plain
+from pytracker.methods import Ekf, Inertial, Joint, Layered, LayeredFromConstraint, Mixture, Plain, Smooth
 from pytracker.projection import fit_weak_perspective
 from pytracker.recording import (
     Arm,
@@ -71,7 +72,7 @@ from pytracker.skeleton import UPPER_BODY, Bone, Part, Skeleton
 from pytracker.study import Study, StudyRecording, StudyTable, read_study, run_study
 from pytracker.track import track
 from pytracker.track_arm import ArmTrack
-from pytracker.track_body import BodyTrack, make_tracker, silhouette_of
+from pytracker.track_body import BodyTrack, make_tracker
 
 __all__ = [
     "KEY_JOINTS",
@@ -120,10 +121,12 @@ __all__ = [
     "ProjectionFit",
     "Recording",
     "Scores",
+    "Senses",
     "Sightings",
     "Silhouette",
     "SilhouetteParameters",
     "Skeleton",
+    "Smooth",
     "Study",
     "StudyRecording",
     "StudyTable",
@@ -150,8 +153,8 @@ __all__ = [
     "reproduce",
     "resample",
     "run_study",
+    "senses_of",
     "sight",
-    "silhouette_of",
     "simulate_arm",
     "simulate_body",
     "track",

@@ -96,6 +96,14 @@ class ArmTracker:
         first_frame: int = 0,
         threads: int | None = None,
     ) -> tuple[dict[str, Any], int, str | None]: ...
+    def smoothed(
+        self,
+        imu_time_s: NDArray[np.float64],
+        acc: NDArray[np.float64],
+        q_world_sensor: NDArray[np.float64],
+        gyr: NDArray[np.float64] | None,
+        threads: int | None = None,
+    ) -> dict[str, Any]: ...
     @property
     def particles(self) -> NDArray[np.float64] | None: ...
     @property
@@ -110,7 +118,9 @@ def resample(scheme: str, weights: NDArray[np.float64], n: int, seed: int = 0) -
 @final
 class Skeleton:
     def __new__(cls, bones: list[Bone]) -> Self: ...
-    def pose(self, poses: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
+    def pose(
+        self, poses: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
 
 @final
 class BodyEstimate:

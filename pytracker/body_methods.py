@@ -40,8 +40,8 @@ class BodyMethod(Method):
         anew_share: share of the particles whose arm is drawn anew from all that its joints allow, so that a lost arm is
             found again; 0 is the paper.
         cues: what layers weigh by, where a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue),
-            `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `limits` (of joints, softly),
-            `penetration` (elbows and hands inside the torso, paper IV-C1).
+            `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `limits` (of joints,
+            softly), `penetration` (elbows and hands inside the torso, paper IV-C1).
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
             it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).

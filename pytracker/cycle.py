@@ -13,12 +13,13 @@ import numpy as np
 
 from pytracker._core import KEY_JOINTS, ArmTracker, InputError, LayerRecord, TrackingError
 from pytracker.body_methods import BodyMethod
+from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings, sight
 from pytracker.formats.video import frames
 from pytracker.methods import Method, ParticleMethod
 from pytracker.recording import ArmRecording, BodyRecording, Recording
 from pytracker.rotation import Array
-from pytracker.track_body import make_tracker, silhouette_of
+from pytracker.track_body import make_tracker
 
 __all__ = ["Cloud", "Cycle", "CycleLayer", "record_cycle"]
 
@@ -164,11 +165,11 @@ def _arm(recording: ArmRecording, method: ParticleMethod, seed: int, frame: int,
 def _body(recording: BodyRecording, method: BodyMethod, seed: int, frame: int, progress: Progress | None) -> Cycle:
     if frame < 0:
         _check_frame(frame, 0, 0)
-    silhouette = silhouette_of(recording)
+    senses = senses_of(recording)
     tracker = make_tracker(recording, method, seed)
     found = None
     for found in frames(recording.view.video):
-        evidence, time_s = silhouette(found.image), found.time_s + recording.view.start_s
+        evidence, time_s = senses(found), found.time_s + recording.view.start_s
         if found.index == frame:
             break
         tracker.update(time_s, evidence)

@@ -5,6 +5,7 @@ Knows arrays of positions and nothing of filters or files.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -23,12 +24,14 @@ if TYPE_CHECKING:
 
 __all__ = [
     "JointScores",
+    "Scored",
     "Scores",
     "SpeedBin",
     "average_error",
     "error_by_speed",
     "evaluate",
     "frames_to_recover",
+    "held",
 ]
 
 WITHIN_M = 0.05
@@ -44,6 +47,7 @@ class JointScores:
         mean_m: mean error (Table I).
         sd_m: standard deviation of the error (Table I).
         rms_m: 3-D root mean square error.
+        median_m: median 3-D error.
         average_m: mean 3-D error (Li & Kulić: Joint Average Error).
         average_sd_m: its standard deviation.
         worst_m: largest 3-D error.
@@ -57,6 +61,7 @@ class JointScores:
     mean_m: Triple
     sd_m: Triple
     rms_m: float
+    median_m: float
     average_m: float
     average_sd_m: float
     worst_m: float
@@ -140,6 +145,29 @@ def evaluate(track: Scored, truth: Truth | None) -> Scores:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Held:
+    """What is scored of a pose that is held."""
+
+    time_s: Array
+    joints: Mapping[str, JointTrack]
+    valid: NDArray[np.bool_]
+
+
+def held(track: Scored) -> Scored:
+    """The trivial answer: the track's first estimate, held through every frame that was tracked, without bands.
+
+    Whatever does not beat it has not tracked anything.
+    """
+    joints = {}
+    for joint, rows in track.joints.items():
+        tracked = np.asarray(np.isfinite(rows.mean).all(axis=1))
+        first = rows.mean[int(np.argmax(tracked))]
+        still, none = np.where(tracked[:, None], first, np.nan), np.full_like(rows.mean, np.nan)
+        joints[joint] = dataclasses.replace(rows, mean=still, mode=still, sd=none, lo=none, hi=none)
+    return _Held(track.time_s, joints, track.valid)
+
+
 def _score(joint: str, mean: Array, lo: Array, hi: Array, truth: Array, use: np.ndarray) -> JointScores:
     if not use.any():
         raise InputError(f"no frame has both a track and truth of the {joint}, expected the times to overlap")
@@ -151,6 +179,7 @@ def _score(joint: str, mean: Array, lo: Array, hi: Array, truth: Array, use: np.
         mean_m=triple(error.mean(axis=0)),
         sd_m=triple(error.std(axis=0)),
         rms_m=float(np.sqrt((distance**2).mean())),
+        median_m=float(np.median(distance)),
         average_m=float(distance.mean()),
         average_sd_m=float(distance.std()),
         worst_m=float(distance.max()),

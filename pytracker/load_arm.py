@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import dataclasses
 from pathlib import Path
 
 import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
-from pytracker.formats.qualisys import Markers, read_qualisys
-from pytracker.formats.truth_csv import read_truth_csv
+from pytracker.load_imu import load_imu
+from pytracker.load_truth import load_points
 from pytracker.recording import Arm, ArmRecording, Camera, Imu, Truth, View
-from pytracker.rotation import Array, Triple, conjugate, multiply, rotate, rotation_vector_to_quaternion, triple
-from pytracker.schema import ArmEntry, ArmFile, CameraEntry, ImuEntry, TruthEntry
+from pytracker.rotation import Array, Triple, rotate, triple
+from pytracker.schema import ArmEntry, ArmFile, CameraEntry, TruthEntry
 
 __all__ = ["load_arm"]
 
@@ -42,7 +40,8 @@ MISS_M = 0.10
 
 def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     """What `path`, read as `entry`, says. Raises `InputError`."""
-    imu, warnings = _imu(folder, path, entry.imu[0])
+    worn_by = (f"{entry.arm.side}_forearm",)
+    imu, warnings = load_imu(folder, f"{path}: imu[0]", entry.imu[0], worn_by)
     mount = np.array(entry.imu[0].mount)
     mount /= np.linalg.norm(mount)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount) for k, c in enumerate(entry.camera))
@@ -95,35 +94,6 @@ def _view(folder: Path, place: str, entry: CameraEntry, mount: Array) -> View:
     return View(camera=camera, video=file, start_s=entry.start_s, patch_box=entry.patch_box)
 
 
-def _imu(folder: Path, path: Path, entry: ImuEntry) -> tuple[Imu, tuple[str, ...]]:
-    mount = np.array(entry.mount)
-    if abs(np.linalg.norm(mount) - 1) > 0.02:
-        raise InputError(f"{path}: imu[0].mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
-    orientation = folder / entry.orientation_file if entry.orientation_file else None
-    mount /= np.linalg.norm(mount)
-    log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
-    log = check(log)
-    if log.q_world_sensor is None and entry.heading_deg is None:
-        raise InputError(
-            f"{path}: imu[0].heading_deg is missing; {folder / entry.file} has no orientation, and one computed from "
-            "its gyroscope has no heading, expected the turn about the vertical to the world in degrees"
-        )
-    log = orient(log)
-    assert log.acc is not None
-    assert log.q_world_sensor is not None
-    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
-    q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount))
-    gyr = log.gyr if log.gyr is None else rotate(mount, log.gyr)
-    imu = Imu(
-        time_s=log.time_s + entry.offset_s,
-        acc=rotate(mount, log.acc),
-        q_world_sensor=np.ascontiguousarray(q_world_segment),
-        gyr=gyr,
-        segment=entry.segment,
-    )
-    return imu, log.warnings
-
-
 def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
     warnings = []
     for view in views:
@@ -151,32 +121,16 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
 
 
 def _truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[Truth, list[str]]:
-    readers: dict[str, Callable[[Path], Markers]] = {".tsv": read_qualisys, ".csv": read_truth_csv}
     file = folder / entry.file
-    if file.suffix.lower() not in readers:
-        raise InputError(f"{path}: truth.file is {entry.file!r}, expected one of: {', '.join(readers)}")
-    markers = readers[file.suffix.lower()](file)
-    wanted = entry.markers or {name: name for name in markers.positions_m}
-    for joint, marker in wanted.items():
-        if marker not in markers.positions_m:
-            raise InputError(
-                f"{path}: truth.markers.{joint} is {marker!r}, expected a marker of {file}: "
-                f"{', '.join(markers.positions_m)}"
-            )
-    unknown = sorted(set(entry.markers) - set(JOINTS))
-    if unknown:
-        raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint of the arm, expected: {', '.join(JOINTS)}")
-    if "wrist" not in wanted:
-        raise InputError(f"{path}: truth.markers names {', '.join(wanted) or 'nothing'}, expected at least wrist")
-    joints = {joint: markers.positions_m[marker] for joint, marker in wanted.items()}
+    truth, gaps = load_points(path, file, entry, JOINTS, up="z")
+    if "wrist" not in truth.joints_m:
+        raise InputError(
+            f"{path}: truth.markers names {', '.join(truth.joints_m) or 'nothing'}, expected at least wrist"
+        )
+    joints = dict(truth.joints_m)
     strayed = _without_strays(file, joints, arm)
-    gaps = {joint: markers.gaps[marker] for joint, marker in wanted.items()}
-    truth = Truth(time_s=markers.time_s + entry.offset_s, joints_m=joints, gaps=gaps)
-    return truth, [*strayed, *_check_truth(file, truth, arm)] + [
-        f"{file}: {joint} was not seen in {count} of {len(markers.time_s)} frames; they are left out of the scores"
-        for joint, count in gaps.items()
-        if count
-    ]
+    truth = dataclasses.replace(truth, joints_m=joints)
+    return truth, [*strayed, *_check_truth(file, truth, arm), *gaps]
 
 
 def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list[str]:

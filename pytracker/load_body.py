@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import math
 from pathlib import Path
 
 import numpy as np
 
-from pytracker._core import InputError, check_camera
+from pytracker._core import KEY_JOINTS, InputError, check_camera
 from pytracker.average_skeleton import average_skeleton
+from pytracker.evidence.keypoints import in_pixels
+from pytracker.evidence.orientations import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.formats import video
 from pytracker.formats.amc import read_amc
 from pytracker.formats.asf import read_asf
+from pytracker.formats.keypoints import read_keypoints
 from pytracker.formats.points import read_points
+from pytracker.load_imu import load_imu
+from pytracker.load_truth import load_points
 from pytracker.projection import camera_of, fit_weak_perspective
-from pytracker.recording import BodyRecording, BodyView, Camera, ProjectionFit, Truth, WeakPerspective
+from pytracker.recording import BodyRecording, BodyView, Camera, Imu, ProjectionFit, Truth, WeakPerspective
 from pytracker.rotation import Array
-from pytracker.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, InitialEntry, SkeletonEntry
+from pytracker.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.skeleton import UPPER_BODY, Skeleton
 from pytracker.toml_file import parse_toml
 
@@ -44,21 +50,34 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
+    imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
+    warnings += said
     if truth is not None:
         warnings += _uncovered(folder / camera_entry.video, view, truth)
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
+    names += [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
     names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
-    files = [folder / name for name in names if name is not None]
+    files = [folder / name for name in names if name is not None] + _files_of(folder, camera_entry.keypoints)
     return BodyRecording(
         view=view,
         skeleton=skeleton,
         initial=initial,
         truth=truth,
         poses=poses,
+        imus=imus,
+        imu_sds_rad=tuple(math.radians(worn.mount_sd_deg) for worn in entry.imu),
         folder=folder,
         files=(path, *files, *skeleton_file),
         warnings=warnings,
     )
+
+
+def _files_of(folder: Path, keypoints: str | None) -> list[Path]:
+    """One file, or those of a folder."""
+    if keypoints is None:
+        return []
+    found = folder / keypoints
+    return sorted(found.glob("*.json")) if found.is_dir() else [found]
 
 
 def _skeleton(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton, tuple[Path, ...]]:
@@ -106,7 +125,36 @@ def _view(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
             raise InputError(
                 f"{background}: is {size.width} x {size.height} px, expected {info.width} x {info.height} as {file}"
             )
-    return BodyView(camera=camera, video=file, start_s=entry.start_s, background=background, fit=fit)
+    keypoints = None
+    if entry.keypoints is not None:
+        found = folder / entry.keypoints
+        keypoints = in_pixels(found, read_keypoints(found, entry.keypoint_model), file, info)
+    return BodyView(
+        camera=camera, video=file, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints
+    )
+
+
+def _imus(
+    folder: Path, path: Path, entries: tuple[ImuEntry, ...], skeleton: Skeleton, initial: Array, first_s: float
+) -> tuple[tuple[Imu, ...], tuple[str, ...]]:
+    """Sensors on the arms, turned to the body's world and to its first pose; and what is odd about them."""
+    imus: list[Imu] = []
+    warnings: list[str] = []
+    for k, entry in enumerate(entries):
+        place = f"{path}: imu[{k}]"
+        imu, said = load_imu(folder, place, entry, ARM_SEGMENTS, needs_heading=False)
+        if any(other.segment == imu.segment for other in imus):
+            raise InputError(f"{place}.segment is {imu.segment!r}, worn by another sensor too, expected one each")
+        if not imu.time_s[0] <= first_s <= imu.time_s[-1]:
+            raise InputError(
+                f"{place} covers {imu.time_s[0]:.3f} to {imu.time_s[-1]:.3f} s of recording time, expected it to cover "
+                f"the first frame at {first_s:.3f} s: check offset_s"
+            )
+        imu = dataclasses.replace(imu, q_world_sensor=to_y_up(imu.q_world_sensor))
+        q = aligned(place, imu, entry.heading_deg is not None, skeleton, initial, first_s)
+        imus.append(dataclasses.replace(imu, q_world_sensor=q))
+        warnings += said
+    return tuple(imus), tuple(warnings)
 
 
 def _affine(path: Path, rows: tuple[tuple[float, ...], tuple[float, ...]]) -> WeakPerspective:
@@ -138,10 +186,23 @@ def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
     return camera
 
 
-def _truth(folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton) -> tuple[Truth, Array, tuple[str, ...]]:
+def _truth(
+    folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton
+) -> tuple[Truth, Array | None, tuple[str, ...]]:
+    """Joints, and poses where the file has them."""
     file = folder / entry.file
     if file.suffix.lower() != ".amc":
-        raise InputError(f"{path}: truth.file is {entry.file!r}, expected an .amc motion")
+        if entry.rate_hz is not None:
+            raise InputError(f"{path}: truth.rate_hz goes with an .amc motion, {entry.file} has times of its own")
+        truth, unseen = load_points(path, file, entry, KEY_JOINTS, up="y")
+        return truth, None, tuple(unseen)
+    idle = sorted({"markers", "up"} & entry.model_fields_set)
+    if idle:
+        raise InputError(f"{path}: truth.{idle[0]} goes with a file of markers, not with an .amc motion")
+    if entry.rate_hz is None:
+        raise InputError(
+            f"{path}: truth.rate_hz is missing, expected the rate of {entry.file}, which has none (CMU: 120)"
+        )
     motion = read_amc(file, skeleton)
     # By the frames' own numbers: where some are missing the others stay at their times.
     time_s = (motion.numbers - motion.numbers[0]) / entry.rate_hz + entry.offset_s
@@ -182,7 +243,9 @@ def _initial(
             raise InputError(f"{path}: [initial] has angles and frame, expected one of them")
         return _angles(folder / entry.angles, skeleton)
     if truth is None or poses is None:
-        raise InputError(f"{path}: has no [initial] angles and no [truth], expected one to know the first pose")
+        raise InputError(
+            f"{path}: has no [initial] angles and no [truth] with angles (.amc), expected one to know the first pose"
+        )
     if entry is not None and entry.frame is not None:
         if entry.frame >= len(poses):
             raise InputError(f"{path}: initial.frame is {entry.frame}, expected below {len(poses)}, the truth's frames")

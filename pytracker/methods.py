@@ -1,8 +1,7 @@
 """What the user chooses: how a recording is tracked. Frozen, validated, every parameter with its unit.
 
-Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstraint`, `Joint`, and `Mixture`. A method
-differs
-from another in its list of layers (particles) or of corrections (Gaussian), and in nothing else.
+Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstraint`, `Joint`, `Mixture` and
+`Smooth`. A method differs from another in its filter and its list of layers (particles) or of corrections (Gaussian).
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ __all__ = [
     "Mixture",
     "ParticleMethod",
     "Plain",
+    "Smooth",
 ]
 
 Layers = tuple[tuple[str, tuple[str, ...]], ...]
@@ -132,6 +132,8 @@ class ArmMethod(Method):
     offset_density: float = 0.005
 
     kind: ClassVar[str] = "arm"
+    filter: ClassVar[str]
+    """Which of the engine's filters runs it: `particles`, `gaussian`, `mixture` or `smoother`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,6 +147,8 @@ class ParticleMethod(ArmMethod):
         layers: (what moves, what weighs), applied in order; `inertial` or `walk`; `colour`, `arm_length` and `rest`
             (no velocity, while the IMU says that it lies still).
     """
+
+    filter: ClassVar[str] = "particles"
 
     particles: int = 500
     resampling: str = "residual"
@@ -200,6 +204,8 @@ class Ekf(ArmMethod):
             arm's length afterwards (the authors' earlier method).
     """
 
+    filter: ClassVar[str] = "gaussian"
+
     corrections: tuple[str, ...] = ("colour",)
 
 
@@ -210,6 +216,8 @@ class Inertial(ArmMethod):
     Attributes:
         corrections: none.
     """
+
+    filter: ClassVar[str] = "gaussian"
 
     corrections: tuple[str, ...] = ()
 
@@ -235,6 +243,8 @@ class Mixture(ArmMethod):
         clock_sd_s: by how much the clocks of camera and IMU differ, s.
     """
 
+    filter: ClassVar[str] = "mixture"
+
     corrections: tuple[str, ...] = ("arm_length",)
     components: int = 12
     accel_density: float = 0.085
@@ -254,7 +264,22 @@ class Mixture(ArmMethod):
     clock_sd_s: float = 0.05
 
 
+@dataclass(frozen=True, kw_only=True)
+class Smooth(Mixture):
+    """The whole recording at once: what `Mixture` gives, smoothed by Gauss-Newton over all frames.
+
+    Every frame is estimated from what comes before and after it. Online it gives what `Mixture` does; the state is
+    linearised again until it settles, and where it does not, the frames stay as they were and say so.
+    """
+
+    filter: ClassVar[str] = "smoother"
+
+    arm_length_sd_m: float = 0.02
+    shoulder_sd_m: float = 0.03
+    shoulder_density: float = 0.045
+
+
 METHODS: dict[str, type[ArmMethod]] = {
-    cls.__name__.lower(): cls for cls in (Inertial, Ekf, Plain, Layered, LayeredFromConstraint, Joint, Mixture)
+    cls.__name__.lower(): cls for cls in (Inertial, Ekf, Plain, Layered, LayeredFromConstraint, Joint, Mixture, Smooth)
 }
 """Arm methods by the name that the command line knows them by."""

@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from pytracker.formats.keypoints import Keypoints
 from pytracker.rotation import Array, Matrix, Triple
 from pytracker.skeleton import Skeleton
 
@@ -127,12 +128,12 @@ class View:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Imu:
-    """A wrist IMU, in recording time and in the frame of its segment (+y from wrist to elbow).
+    """A worn IMU, in recording time and in the frame of its segment (+y from its far joint to its near one).
 
     Attributes:
         time_s: `(M,)`, increasing.
         acc: specific force, m/s² `(M, 3)`.
-        q_world_sensor: orientation, w first `(M, 4)`.
+        q_world_sensor: orientation, w first `(M, 4)`: by now that of the segment, to the world.
         gyr: turn rate, rad/s `(M, 3)`, where there is a gyroscope.
         segment: which segment wears it.
     """
@@ -231,6 +232,7 @@ class BodyView:
         start_s: recording time of the first frame, s.
         background: an image without the person; None: the median over the video.
         fit: where the camera was fitted to point pairs.
+        keypoints: what a detector found in the video, px, where there is such a file.
     """
 
     camera: WeakPerspective | Camera
@@ -238,6 +240,7 @@ class BodyView:
     start_s: float = 0.0
     background: Path | None = None
     fit: ProjectionFit | None = None
+    keypoints: Keypoints | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -285,11 +288,15 @@ class BodyRecording(Recording):
         skeleton: the subject's skeleton.
         initial: the pose at the first frame `(C,)`, m and rad.
         poses: the true poses, where there are any `(T, C)`, at the truth's times.
+        imus: inertial sensors on the arms, in the body's world.
+        imu_sds_rad: how well each tells where its segment points.
     """
 
     view: BodyView
     skeleton: Skeleton
     initial: Array
     poses: Array | None = None
+    imus: tuple[Imu, ...] = ()
+    imu_sds_rad: tuple[float, ...] = ()
 
     kind: ClassVar[str] = "body"

@@ -52,10 +52,11 @@ class ImuEntry(Entry):
     orientation_file: str | None = None
     format: Literal["auto", "csv", "mt-manager", "mt9-log"] = "auto"
     rate_hz: Positive | None = None
-    segment: str = "right_forearm"
+    segment: str | None = None
     offset_s: Finite = 0.0
     heading_deg: Finite | None = None
     mount: tuple[Finite, Finite, Finite, Finite] = (1.0, 0.0, 0.0, 0.0)
+    mount_sd_deg: Annotated[float, Field(strict=True, gt=0, le=90)] = 3.0
 
 
 class ArmEntry(Entry):
@@ -72,7 +73,8 @@ class TruthEntry(Entry):
     """`[truth]`: measured joints, where there are any."""
 
     file: str
-    markers: dict[str, str] = Field(default_factory=dict)
+    markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
+    up: Literal["y", "z"] | None = None
     offset_s: Finite = 0.0
 
 
@@ -82,6 +84,8 @@ class BodyCameraEntry(Entry):
     video: str
     start_s: Finite = 0.0
     background: str | None = None
+    keypoints: str | None = None
+    keypoint_model: str = "auto"
     points: str | None = None
     affine: tuple[tuple[Finite, ...], tuple[Finite, ...]] | None = None
     matrix: Matrix | None = None
@@ -105,10 +109,12 @@ class InitialEntry(Entry):
 
 
 class BodyTruthEntry(Entry):
-    """`[truth]` of a body: an AMC motion on the same skeleton."""
+    """`[truth]` of a body: an AMC motion on the same skeleton (with its rate), or joints as points."""
 
     file: str
-    rate_hz: Positive
+    rate_hz: Positive | None = None
+    markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
+    up: Literal["y", "z"] | None = None
     offset_s: Finite = 0.0
 
 
@@ -118,6 +124,7 @@ class BodyFile(Entry):
     schema_: Annotated[Literal[1], Field(alias="schema")]
     kind: Literal["body"]
     camera: Annotated[tuple[BodyCameraEntry, ...], Field(min_length=1, max_length=1)]
+    imu: Annotated[tuple[ImuEntry, ...], Field(max_length=4)] = ()
     skeleton: SkeletonEntry
     initial: InitialEntry | None = None
     truth: BodyTruthEntry | None = None

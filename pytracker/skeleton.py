@@ -108,7 +108,7 @@ class Skeleton:
 
     def joints(self, poses: Array) -> dict[str, Array]:
         """Key joints of poses `(T, C)`: world, m, `(T, 3)` each. Raises `InputError`."""
-        starts, ends = self.core.pose(np.ascontiguousarray(poses, dtype=float))
+        starts, ends, _ = self.core.pose(np.ascontiguousarray(poses, dtype=float))
         return {
             joint: np.ascontiguousarray((ends if along else starts)[:, self.bone(bone)])
             for joint, (bone, along) in KEY_BONES.items()

@@ -12,7 +12,7 @@ from pytracker._core import ArmTracker, InputError, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
 from pytracker.joint_track import JointTrack, Track
 from pytracker.methods import ArmMethod
-from pytracker.recording import ArmRecording
+from pytracker.recording import ArmRecording, Imu
 from pytracker.rotation import Array
 
 __all__ = ["ArmTrack", "track_arm"]
@@ -102,6 +102,7 @@ def track_arm(
     if not tables:
         raise TrackingError(lost)
     whole = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    whole |= _smoothed(tracker, imu, len(whole["ess"]), threads)
     stage_s = {"evidence": seen - began, "filter": time.perf_counter() - seen}
     result = _assemble(recording, method, seed, sightings, first, whole, stage_s, lost or "")
     if lost:
@@ -109,6 +110,15 @@ def track_arm(
         error.track = result
         raise error
     return result
+
+
+def _smoothed(tracker: ArmTracker, imu: Imu, frames: int, threads: int | None) -> dict[str, Any]:
+    """The columns that smoothing changes; none for a method that does not smooth."""
+    try:
+        table = tracker.smoothed(imu.time_s, imu.acc, imu.q_world_sensor, imu.gyr, threads)
+    except TrackingError:
+        return {"doubt": ["the recording could not be smoothed: this is the filter's estimate"] * frames}
+    return {name: values for name, values in table.items() if name != "log_evidence"} if len(table["ess"]) else {}
 
 
 def _assemble(

@@ -12,15 +12,16 @@ import numpy as np
 from pytracker._core import KEY_JOINTS, BodyEstimate, BodyTracker, TrackingError
 from pytracker.body_methods import BodyMethod
 from pytracker.evidence.borne_out import BorneOut, head_off
+from pytracker.evidence.senses import Senses, senses_of
 from pytracker.evidence.sightings import Progress
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
+from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.formats.video import frames
 from pytracker.joint_track import JointTrack, Track
 from pytracker.recording import BodyRecording
 from pytracker.rotation import Array
 from pytracker.skeleton import UPPER_BODY, upper_body_parts
 
-__all__ = ["BodyTrack", "make_tracker", "silhouette_of", "track_body"]
+__all__ = ["BodyTrack", "make_tracker", "track_body"]
 
 LOOK_EVERY = 10
 """In every so many frames it is looked whether the skeleton stands on the person."""
@@ -68,14 +69,6 @@ def make_tracker(recording: BodyRecording, method: BodyMethod, seed: int = 0) ->
     )
 
 
-def silhouette_of(recording: BodyRecording) -> Silhouette:
-    """The extractor of evidence for this recording; without a background it takes the median over the video."""
-    view = recording.view
-    root = recording.skeleton.joints(recording.initial[None])["root"]
-    background = read_background(view.background) if view.background else median_background(frames(view.video))
-    return Silhouette(background, float(view.camera.px_per_m(root)[0]))
-
-
 def track_body(
     recording: BodyRecording,
     method: BodyMethod,
@@ -86,7 +79,7 @@ def track_body(
 ) -> BodyTrack:
     """Track a body: see `pytracker.track`."""
     began = time.perf_counter()
-    silhouette = silhouette_of(recording)
+    senses = senses_of(recording)
     tracker = make_tracker(recording, method, seed)
     stage_s = {"background": time.perf_counter() - began, "evidence": 0.0, "filter": 0.0}
     estimates: list[BodyEstimate] = []
@@ -94,7 +87,7 @@ def track_body(
     lost = ""
     on_person: list[float] = []
     borne_out, at_first = BorneOut(recording.view.camera), np.full(2, np.nan)
-    for frame_time_s, evidence in _ahead(recording, silhouette, stage_s):
+    for frame_time_s, evidence in _ahead(recording, senses, stage_s):
         times.append(frame_time_s)
         if lost:
             continue
@@ -139,16 +132,14 @@ def _share_on_person(recording: BodyRecording, estimate: BodyEstimate, evidence:
     return on_person / len(joints)
 
 
-def _ahead(
-    recording: BodyRecording, silhouette: Silhouette, stage_s: dict[str, float]
-) -> Iterator[tuple[float, BodyEvidence]]:
+def _ahead(recording: BodyRecording, senses: Senses, stage_s: dict[str, float]) -> Iterator[tuple[float, BodyEvidence]]:
     """Time and evidence of every frame, one frame ahead of whoever asks: decoding and OpenCV let the interpreter go."""
     source = frames(recording.view.video)
 
     def work() -> tuple[float, BodyEvidence] | None:
         at = time.perf_counter()
         frame = next(source, None)
-        found = None if frame is None else (frame.time_s + recording.view.start_s, silhouette(frame.image))
+        found = None if frame is None else (frame.time_s + recording.view.start_s, senses(frame))
         stage_s["evidence"] += time.perf_counter() - at
         return found
 

@@ -19,8 +19,10 @@
 //! | [`worn`] | not in the paper: the motion of a worn sensor, whose orientation is not quite right |
 //! | [`measurements`] | not in the paper: what a frame measures of that state, with slopes |
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
+//! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states |
 //! | [`tracker`] | the online tracker over all of them |
 
+mod branch;
 pub mod colour;
 pub mod ekf;
 pub mod length;
@@ -31,6 +33,7 @@ pub mod particle;
 pub mod pause;
 pub mod plausible;
 pub mod rest;
+pub mod smooth;
 pub mod state;
 pub mod timeline;
 pub mod tracker;

@@ -8,11 +8,13 @@ mod kalman;
 mod layered;
 mod mixture;
 mod recorder;
+mod smoother;
 
 pub use kalman::{Gaussian, Linear};
 pub use layered::{LayeredFilter, Resampling};
-pub use mixture::{Component, Mixture, Reduction};
+pub use mixture::{Component, Mixture, Reduction, narrower};
 pub use recorder::{History, LayerRecord, Recorder};
+pub use smoother::{Chain, Smoothed, smooth, surprise};
 
 use crate::particles::{BlockMut, ParticleSet};
 use crate::rng::Stream;

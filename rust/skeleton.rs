@@ -82,6 +82,8 @@ pub struct Posed {
     pub starts: Vec<Vector3<f64>>,
     /// End of every bone; the root's is its start.
     pub ends: Vec<Vector3<f64>>,
+    /// How every bone is turned from the base pose, in the world.
+    pub rotations: Vec<Matrix3<f64>>,
 }
 
 impl Skeleton {
@@ -153,8 +155,7 @@ impl Skeleton {
         if pose.len() != expected {
             return Err(Error::Size { name: "pose", got: pose.len(), unit: "values", expected });
         }
-        let mut posed = Posed { starts: Vec::new(), ends: Vec::new() };
-        let mut rotations: Vec<Matrix3<f64>> = Vec::with_capacity(self.bones.len());
+        let mut posed = Posed { starts: Vec::new(), ends: Vec::new(), rotations: Vec::with_capacity(self.bones.len()) };
         let mut values = pose.iter();
         for bone in &self.bones {
             let (mut shift, mut angles) = (Vector3::zeros(), [0.0; 3]);
@@ -167,11 +168,11 @@ impl Skeleton {
             let turn = bone.frame * fixed_axes_rotation(angles, bone.order) * bone.frame.transpose();
             let (start, rotation) = match bone.parent {
                 None => (shift, turn),
-                Some(parent) => (posed.ends[parent], rotations[parent] * turn),
+                Some(parent) => (posed.ends[parent], posed.rotations[parent] * turn),
             };
             posed.starts.push(start);
             posed.ends.push(start + rotation * bone.reach);
-            rotations.push(rotation);
+            posed.rotations.push(rotation);
         }
         Ok(posed)
     }

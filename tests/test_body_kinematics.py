@@ -44,7 +44,7 @@ def test_joints_are_where_the_markers_are(
 
 def test_poses_agree_with_the_bvh_of_the_same_trial(shared: Callable[[str], Path]) -> None:
     skeleton = pt.read_asf(shared("data/cmu/16.asf"))
-    starts, ends = skeleton.core.pose(pt.read_amc(shared("data/cmu/16_15.amc"), skeleton).poses)
+    starts, ends, _ = skeleton.core.pose(pt.read_amc(shared("data/cmu/16_15.amc"), skeleton).poses)
     nodes, rows = read_bvh(shared("data/cmu/16_15.bvh"))
     assert len(rows) == len(starts)
     # It is keyed at 30 Hz: every fourth frame from the fifth on is a key, the others are interpolated.
@@ -98,7 +98,7 @@ def test_the_compiled_joints_are_the_skeletons(body: pt.BodyRecording) -> None:
 
 def test_average_skeleton_is_a_person() -> None:
     skeleton = pt.average_skeleton(1.8)
-    starts, ends = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
+    starts, ends, _ = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
     feet = ends[0, skeleton.bone("ltoes"), 1]
     assert ends[0, skeleton.bone("head"), 1] - feet == pytest.approx(1.8, abs=0.1)
     span = ends[0, skeleton.bone("lfingers"), 0] - ends[0, skeleton.bone("rfingers"), 0]

@@ -41,9 +41,9 @@ def test_same_seed_same_bytes_for_any_number_of_threads(body: pt.BodyRecording, 
 def test_online_is_offline_and_a_copy_goes_on(body: pt.BodyRecording) -> None:
     method = pt.Partitioned(particles=100)
     whole = pt.track(body, method, 5)
-    extract, tracker = pt.silhouette_of(body), pt.make_tracker(body, method, 5)
+    senses, tracker = pt.senses_of(body), pt.make_tracker(body, method, 5)
     for frame in frames(body.view.video):
-        evidence = extract(frame.image)
+        evidence = senses(frame)
         if frame.index == 10:
             others = [copy.deepcopy(tracker), pickle.loads(pickle.dumps(tracker))]  # noqa: S301
             expected = tracker.update(frame.time_s, evidence)

@@ -212,7 +212,7 @@ def test_no_skeleton_raises_anything_else(tmp_path_factory: pytest.TempPathFacto
         skeleton = pt.read_asf(path)
     except pt.InputError:
         return
-    starts, ends = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
+    starts, ends, _ = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
     assert np.isfinite(starts).all()
     assert np.isfinite(ends).all()
 

@@ -125,12 +125,12 @@ def test_blobs_of_a_simulated_person_are_its_hands_and_head(tmp_path: Path, clot
     """In all clothes, red ones too. Where they are apart: a hand before the face is no blob of its own."""
     body = pt.load(pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=2.0, clothes=clothes), seed=11))
     assert isinstance(body, pt.BodyRecording)
-    extract = pt.silhouette_of(body)
+    extract = pt.senses_of(body).silhouette
     near = []
     for frame in frames(body.view.video):
         k = int(np.argmin(np.abs(body.truth.time_s - frame.time_s))) if body.truth is not None else 0
         assert body.poses is not None
-        starts, ends = body.skeleton.core.pose(body.poses[k : k + 1])
+        starts, ends, _ = body.skeleton.core.pose(body.poses[k : k + 1])
         hands = [0.5 * (starts[0, body.skeleton.bone(b)] + ends[0, body.skeleton.bone(b)]) for b in ("lhand", "rhand")]
         head = 0.5 * (starts[0, body.skeleton.bone("upperneck")] + ends[0, body.skeleton.bone("head")])
         pixels = body.view.camera.project(np.array([head, *hands]))

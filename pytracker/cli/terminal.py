@@ -19,8 +19,8 @@ from rich.progress import (
 from rich.table import Table
 
 import pytracker as pt
-from pytracker.evaluate import Scores
-from pytracker.report.labels import labels
+from pytracker.evaluate import Scored, Scores, held
+from pytracker.report.labels import HELD, labels
 
 __all__ = ["frames_bar", "print_comparison", "runs_bar"]
 
@@ -87,21 +87,29 @@ def _arm_table(tracks: Sequence[pt.Track]) -> Table:
         s = scores.joints["wrist"]
         axes = [f"{100 * m:.1f} / {100 * d:.1f}" for m, d in zip(s.mean_m, s.sd_m, strict=True)]
         lost = f" (lost after {s.frames} frames)" if result.lost else ""
-        held = " ".join(f"{100 * c:.0f}" for c in s.coverage) + " %"
+        in_band = " ".join(f"{100 * c:.0f}" for c in s.coverage) + " %"
         table.add_row(
-            name + lost, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", held
+            name + lost, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", in_band
         )
+    s = pt.evaluate(held(tracks[0]), tracks[0].recording.truth).joints["wrist"]
+    axes = [f"{100 * m:.1f} / {100 * d:.1f}" for m, d in zip(s.mean_m, s.sd_m, strict=True)]
+    table.add_row(HELD, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", "")
     return table
 
 
 def _body_table(tracks: Sequence[pt.Track]) -> Table:
     table = Table(title="average error of the joints, cm (as Li & Kulić V-B)", title_justify="left")
     table.add_column("method")
-    for name in ("all ± sd", *(joint.replace("_", " ") for joint in pt.KEY_JOINTS)):
+    truth = tracks[0].recording.truth
+    assert truth is not None
+    joints = [joint for joint in pt.KEY_JOINTS if joint in truth.joints_m]
+    for name in ("all ± sd", *(joint.replace("_", " ") for joint in joints)):
         table.add_column(name, justify="right")
-    for name, result in zip(labels(tracks), tracks, strict=True):
-        scores = pt.evaluate(result, result.recording.truth)
-        each = [f"{100 * scores.joints[joint].average_m:.1f}" for joint in pt.KEY_JOINTS]
-        lost = " (lost)" if result.lost else ""
-        table.add_row(name + lost, f"{100 * scores.average_m:.1f} ± {100 * scores.average_sd_m:.1f}", *each)
+    shown: list[tuple[str, Scored]] = [
+        (name + (" (lost)" if result.lost else ""), result) for name, result in zip(labels(tracks), tracks, strict=True)
+    ]
+    for name, result in (*shown, (HELD, held(tracks[0]))):
+        scores = pt.evaluate(result, truth)
+        each = [f"{100 * scores.joints[joint].average_m:.1f}" for joint in joints]
+        table.add_row(name, f"{100 * scores.average_m:.1f} ± {100 * scores.average_sd_m:.1f}", *each)
     return table

@@ -16,7 +16,12 @@ __all__ = ["render_arm_page"]
 
 
 def render_arm_page(
-    tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Sequence[Scores | None], *, has_overlay: bool
+    tracks: Sequence[ArmTrack],
+    labels: Sequence[str],
+    scores: Sequence[Scores | None],
+    trivial: Scores | None,
+    *,
+    has_overlay: bool,
 ) -> str:
     """The page as text."""
     return render(
@@ -28,6 +33,7 @@ def render_arm_page(
         summary=_summary(tracks[0], labels[0], scores[0]),
         figures=_figures(tracks, labels, scores[0]),
         has_overlay=has_overlay,
+        held=trivial,
     )
 
 

@@ -8,9 +8,10 @@ import io
 import numpy as np
 from matplotlib.image import imsave
 
+from pytracker.evidence.senses import senses_of
 from pytracker.evidence.silhouette import Silhouette
 from pytracker.formats.video import Image, frames
-from pytracker.track_body import BodyTrack, silhouette_of
+from pytracker.track_body import BodyTrack
 
 __all__ = ["evidence_pictures"]
 
@@ -18,7 +19,7 @@ __all__ = ["evidence_pictures"]
 def evidence_pictures(track: BodyTrack, index: int) -> tuple[Image, bytes, bytes]:
     """Frame `index`; foreground in grey and in colour (Fig. 3); edges and skin (Fig. 4)."""
     image = next(frame.image for frame in frames(track.recording.view.video) if frame.index == index)
-    extract = silhouette_of(track.recording)
+    extract = senses_of(track.recording).silhouette
     grey = Silhouette(
         extract.background, extract.px2_per_m2**0.5, dataclasses.replace(extract.parameters, colour=False)
     )

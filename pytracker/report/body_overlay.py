@@ -34,7 +34,7 @@ def draw_body(frame: Image, track: BodyTrack, row: int) -> Image:
     """One frame, enlarged, with the expected pose of that row."""
     image, scale = enlarged(frame)
     if np.isfinite(track.poses[row]).all():
-        starts, ends = track.recording.skeleton.core.pose(track.poses[row : row + 1])
+        starts, ends, _ = track.recording.skeleton.core.pose(track.poses[row : row + 1])
         for part in upper_body_parts():
             _rectangle(image, track, part, starts[0], ends[0], scale)
         for k, bone in enumerate(track.recording.skeleton.bones):

@@ -17,7 +17,9 @@ from pytracker.track_body import BodyTrack
 __all__ = ["render_body_page"]
 
 
-def render_body_page(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequence[Scores | None]) -> str:
+def render_body_page(
+    tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequence[Scores | None], trivial: Scores | None
+) -> str:
     """The page as text."""
     main, truth = tracks[0], tracks[0].recording.truth
     return render(
@@ -29,7 +31,8 @@ def render_body_page(tracks: Sequence[BodyTrack], labels: Sequence[str], scores:
         summary=_summary(main, labels[0], scores[0]),
         figures=_figures(tracks, labels, scores),
         has_overlay=True,
-        joints=KEY_JOINTS,
+        held=trivial,
+        joints=[joint for joint in KEY_JOINTS if scores[0] is None or joint in scores[0].joints],
         fit=main.recording.view.fit,
         speeds=error_by_speed(main, truth) if truth is not None and scores[0] is not None else [],
     )

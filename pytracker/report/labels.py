@@ -8,7 +8,10 @@ from collections.abc import Sequence
 from pytracker.joint_track import Track
 from pytracker.methods import Ekf, Method
 
-__all__ = ["label", "labels"]
+__all__ = ["HELD", "label", "labels"]
+
+HELD = "first pose held"
+"""The trivial answer."""
 
 WORDS = {
     "Inertial": "Inertial only",
@@ -18,6 +21,7 @@ WORDS = {
     "LayeredFromConstraint": "PF with constraint (layered, from IV-B)",
     "Joint": "PF with constraint (joint)",
     "Mixture": "Gaussian mixture",
+    "Smooth": "Gaussian mixture, smoothed",
     "BodyPlain": "PF of Li & Kulić",
     "Annealed": "Annealed PF",
     "Partitioned": "Partitioned PF",

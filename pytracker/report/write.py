@@ -11,11 +11,13 @@ from threading import Event
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.evaluate import Scores, evaluate
+from pytracker.evaluate import Scored, Scores, evaluate, held
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.amc import write_amc
 from pytracker.joint_track import Track
 from pytracker.output import whole_folder
+from pytracker.recording import Truth
+from pytracker.report.labels import HELD
 from pytracker.report.labels import labels as make_labels
 from pytracker.report.tables import write_metadata, write_scores, write_track
 from pytracker.track_arm import ArmTrack
@@ -43,6 +45,7 @@ def write_report(
         raise InputError("write_report was given tracks of different recordings, expected one recording")
     labels = make_labels(tracks)
     scores = [_scores(track) for track in tracks]
+    trivial = _scores_of(held(tracks[0]), tracks[0].recording.truth)
     with whole_folder(Path(folder), force=force) as out:
         for number, track in enumerate(tracks):
             name = _track_name(number, track, len(tracks))
@@ -52,16 +55,20 @@ def write_report(
                 write_amc((out / name).with_suffix(".amc"), track.recording.skeleton, poses)
         write_metadata(out / "metadata.json", tracks, labels)
         if any(scores):
-            write_scores(out / "scores.json", scores, labels)
+            write_scores(out / "scores.json", [*scores, trivial], [*labels, HELD])
         if page:
-            _write_page(out, tracks, labels, scores, progress)
+            _write_page(out, tracks, labels, scores, trivial, progress)
     return Path(folder)
 
 
 def _scores(track: Track) -> Scores | None:
     """None where there is no truth, or none that covers the frames: the track is worth keeping all the same."""
+    return _scores_of(track, track.recording.truth)
+
+
+def _scores_of(track: Scored, truth: Truth | None) -> Scores | None:
     try:
-        return evaluate(track, track.recording.truth)
+        return evaluate(track, truth)
     except InputError:
         return None
 
@@ -71,7 +78,12 @@ def _track_name(number: int, track: Track, count: int) -> str:
 
 
 def _write_page(
-    out: Path, tracks: Sequence[Track], labels: list[str], scores: list[Scores | None], progress: Progress | None
+    out: Path,
+    tracks: Sequence[Track],
+    labels: list[str],
+    scores: list[Scores | None],
+    trivial: Scores | None,
+    progress: Progress | None,
 ) -> None:
     if progress is not None:
         progress("report", 0)
@@ -89,10 +101,10 @@ def _write_page(
             if arms:
                 overlay = pool.submit(write_arm_overlay, out / "overlay.mp4", arms[0], stop)
                 has_overlay = arms[0].recording.views[0].video is not None
-                page = render_arm_page(arms, labels, scores, has_overlay=has_overlay)
+                page = render_arm_page(arms, labels, scores, trivial, has_overlay=has_overlay)
             else:
                 overlay = pool.submit(write_body_overlay, out / "overlay.mp4", bodies[0], stop)
-                page = render_body_page(bodies, labels, scores)
+                page = render_body_page(bodies, labels, scores, trivial)
             (out / "index.html").write_text(page, "utf-8")
             overlay.result()
         except BaseException:

@@ -141,6 +141,8 @@ def check_kind(name: str, value: object, default: object) -> None:
             isinstance(pair, tuple) and len(pair) == 2 and all(map(_is_number, pair)) for pair in value
         )
         expected = "pairs (from, to) in s"
+    elif name == "imus":
+        ok, expected = isinstance(value, tuple) and all(isinstance(word, str) for word in value), "names of segments"
     else:
         ok, expected = (
             isinstance(value, tuple) and len(value) == 3 and all(map(_is_number, value)),

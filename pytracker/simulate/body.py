@@ -15,6 +15,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.average_skeleton import average_skeleton
+from pytracker.evidence.orientations import ARM_SEGMENTS
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.amc import read_amc, write_amc
 from pytracker.formats.asf import read_asf
@@ -24,6 +25,7 @@ from pytracker.recording import Camera
 from pytracker.rotation import Array
 from pytracker.simulate.arm import check_kind
 from pytracker.simulate.arm_script import arm_script
+from pytracker.simulate.body_senses import write_imu, write_keypoints
 from pytracker.simulate.person import Clothes, Painter
 from pytracker.skeleton import Skeleton
 
@@ -65,6 +67,9 @@ class BodyScene:
         distance_m: camera to person, m.
         noise: standard deviation of the image noise, grey levels.
         hidden: (from, to) in s, when boards hide both forearms.
+        keypoint_sd_px: a detector's keypoints are written too, off by so much; 0: none are.
+        imus: segments that wear a sensor: `left_forearm`, `right_forearm`, `left_upper_arm`, `right_upper_arm`.
+        imu_sd_deg: how far off their orientation is.
     """
 
     duration_s: float = 8.0
@@ -78,6 +83,9 @@ class BodyScene:
     distance_m: float = 4.0
     noise: float = 3.0
     hidden: tuple[tuple[float, float], ...] = ()
+    keypoint_sd_px: float = 0.0
+    imus: tuple[str, ...] = ()
+    imu_sd_deg: float = 3.0
 
     def __post_init__(self) -> None:
         """Check kinds and ranges."""
@@ -94,6 +102,9 @@ class BodyScene:
             ("clothes", -1 <= self.clothes < len(CLOTHES), f"-1 to {len(CLOTHES) - 1}"),
             ("distance_m", 1.5 <= self.distance_m <= 100, "1.5 to 100 m"),
             ("noise", 0 <= self.noise <= 255, "0 to 255"),
+            ("keypoint_sd_px", 0 <= self.keypoint_sd_px <= 100, "0 to 100 px"),
+            ("imus", set(self.imus) <= set(ARM_SEGMENTS), f"of: {', '.join(ARM_SEGMENTS)}"),
+            ("imu_sd_deg", 0 <= self.imu_sd_deg <= 30, "0° to 30°"),
             ("hidden", all(start < end for start, end in self.hidden), "(from, to) with from before to, s"),
         ):
             if not is_good:
@@ -134,10 +145,15 @@ def simulate_body(
             raise OSError(f"{out / 'background.png'}: could not be written: is the disk full?")
         _write_points(out / "points.csv", skeleton, shown, camera, rng)
         write_amc(out / "motion.amc", skeleton, poses)
+        if scene.keypoint_sd_px:
+            write_keypoints(out / "keypoints.csv", skeleton, shown, camera, scene.keypoint_sd_px, SIZE, seed)
+        for segment in scene.imus:
+            sd = np.radians(scene.imu_sd_deg)
+            write_imu(out / f"{segment}.csv", skeleton, poses, MOTION_RATE_HZ, segment, sd, seed)
         if scene.skeleton:
             shutil.copy(scene.skeleton, out / "subject.asf")
         whose = 'file = "subject.asf"' if scene.skeleton else f"height_m = {scene.height_m}"
-        (out / "recording.toml").write_text(_toml(whose), "utf-8")
+        (out / "recording.toml").write_text(_toml(whose, scene), "utf-8")
     return Path(folder)
 
 
@@ -177,7 +193,13 @@ def _write_points(path: Path, skeleton: Skeleton, poses: Array, camera: Camera, 
     np.savetxt(path, table, fmt="%.5f", delimiter=",", header="x_m,y_m,z_m,u,v", comments="")
 
 
-def _toml(skeleton: str) -> str:
+def _toml(skeleton: str, scene: BodyScene) -> str:
+    keypoints = 'keypoints = "keypoints.csv"\n' if scene.keypoint_sd_px else ""
+    worn = "".join(
+        f'\n[[imu]]\nfile = "{segment}.csv"\nsegment = "{segment}"\nheading_deg = 0.0\n'
+        f"mount_sd_deg = {max(scene.imu_sd_deg, 0.5)}\n"
+        for segment in scene.imus
+    )
     return f"""schema = 1
 kind = "body"
 
@@ -185,7 +207,7 @@ kind = "body"
 video = "video.mp4"
 background = "background.png"
 points = "points.csv"
-
+{keypoints}{worn}
 [skeleton]
 {skeleton}
 

@@ -104,7 +104,7 @@ class Painter:
 
     def frames(self, skeleton: Skeleton, poses: Array, hidden: NDArray[np.bool_] | None = None) -> Iterator[Image]:
         """One image a pose; where `hidden`, a board is held before both forearms."""
-        starts, ends = skeleton.core.pose(np.ascontiguousarray(poses))
+        starts, ends, _ = skeleton.core.pose(np.ascontiguousarray(poses))
         index = {bone.name: k for k, bone in enumerate(skeleton.bones)}
         for k in range(len(poses)):
             places = {name: (starts[k, b], ends[k, b]) for name, b in index.items()}

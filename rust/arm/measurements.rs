@@ -40,14 +40,16 @@ impl<'a> Seen<'a> {
         slope
     }
 
-    /// The wrist when the camera sees it, which is a little later than the IMU's clock says; and its slope `(3, D)`.
+    /// The wrist when the camera sees it, which is a little later than the IMU's clock says; and its slope `(3, D)`. To second
+    /// order: along its tangent alone a circling wrist would circle wider the later it is seen.
     pub fn wrist(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
         let (mut wrist, mut slope): (Vector3<f64>, _) = (state.fixed_rows::<3>(POSITION).into(), self.by_position());
         if let Some(column) = self.layout.clock {
             let velocity: Vector3<f64> = state.fixed_rows::<3>(VELOCITY).into();
-            wrist += velocity * state[column];
+            let later = self.frame.acceleration * state[column];
+            wrist += (velocity + 0.5 * later) * state[column];
             slope.fixed_view_mut::<3, 3>(0, VELOCITY).copy_from(&(Matrix3::identity() * state[column]));
-            slope.fixed_view_mut::<3, 1>(0, column).copy_from(&velocity);
+            slope.fixed_view_mut::<3, 1>(0, column).copy_from(&(velocity + later));
         }
         (wrist, slope)
     }
@@ -211,7 +213,8 @@ mod tests {
 
     fn with_seen(check: impl Fn(&Seen<'_>, &Sighting<'_>)) {
         let (arm, noise, view) = (arm(), noise(), view());
-        let frame = Frame::empty(1.0, Quaternion::from_wxyz([0.5, 0.1, -0.7, 0.5]));
+        let empty = Frame::empty(1.0, Quaternion::from_wxyz([0.5, 0.1, -0.7, 0.5]));
+        let frame = Frame { acceleration: Vector3::new(1.0, -2.0, 3.0), ..empty };
         let seen = Seen::new(Layout::new(&noise), &arm, &noise, &frame);
         check(&seen, &Sighting { view: &view, pixel: Vector2::new(300.0, 250.0) });
     }

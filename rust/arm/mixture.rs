@@ -11,7 +11,6 @@ use super::state::{Arm, Estimate, Layout, Noise, POSITION, Point, VELOCITY};
 use super::worn::WornMotion;
 use crate::Result;
 use crate::filter::{Component, Gaussian, Mixture, Reduction};
-use crate::quaternion::Quaternion;
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -49,6 +48,35 @@ impl ArmMixture {
     /// Whether the arm's length holds it.
     pub fn is_held_by_arm(&self) -> bool {
         self.is_held
+    }
+
+    /// Whether the wrist is held still while the IMU is.
+    pub fn is_rested(&self) -> bool {
+        self.is_rested
+    }
+
+    /// Mean and covariance of all components as one Gaussian.
+    pub fn as_gaussian(&self) -> Gaussian {
+        let (mean, covariance) = self.state.moments();
+        Gaussian { mean, covariance }
+    }
+
+    /// Mean of all components, and of the heaviest.
+    pub fn means(&self) -> [DVector<f64>; 2] {
+        let heaviest = self.state.components().iter().max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
+        let (mean, _) = self.state.moments();
+        [mean.clone(), heaviest.map_or(mean, |component| component.gaussian.mean.clone())]
+    }
+
+    /// An estimate from components over the same state.
+    pub(super) fn of_components(&self, components: Vec<Component>, seen: &Seen<'_>, time_s: f64) -> Estimate {
+        let layout = Layout::new(seen.noise);
+        Self { state: Mixture::of(components), layout, ..self.clone() }.summary(seen, time_s, None)
+    }
+
+    /// How many columns the state has but for the clock's.
+    pub(super) fn dim_without_clock(&self) -> usize {
+        self.layout.clock.unwrap_or(self.layout.dim)
     }
 
     /// How many components there are.
@@ -104,29 +132,16 @@ impl ArmMixture {
         Ok(self.summary(&seen, frame.time_s, evidence))
     }
 
-    /// The estimate after a motion, changing nothing.
-    pub fn estimate(
-        &self,
-        arm: &Arm,
-        noise: &Noise,
-        time_s: f64,
-        worn: Option<&WornMotion>,
-        q: Quaternion,
-    ) -> Estimate {
+    /// The estimate after a motion, at a frame that brings nothing else; changes nothing.
+    pub fn estimate(&self, arm: &Arm, noise: &Noise, worn: Option<&WornMotion>, frame: &Frame<'_>) -> Estimate {
         let mut ahead = self.clone();
         ahead.predict(worn, noise);
-        let frame = Frame::empty(time_s, q);
-        ahead.summary(&Seen::new(self.layout, arm, noise, &frame), time_s, None)
+        ahead.summary(&Seen::new(self.layout, arm, noise, frame), frame.time_s, None)
     }
 
     fn predict(&mut self, worn: Option<&WornMotion>, noise: &Noise) {
         let Some(motion) = worn else { return };
-        let others = [
-            (self.layout.offset, 3, noise.offset),
-            (self.layout.shoulder, 3, noise.shoulder),
-            (self.layout.clock, 1, noise.clock),
-        ];
-        let others: Vec<_> = others.into_iter().filter_map(|(column, width, of)| Some((column?, width, of?))).collect();
+        let others = self.layout.others(noise);
         self.state.for_each(|gaussian| motion.predict(&mut gaussian.mean, &mut gaussian.covariance, &others));
     }
 
@@ -139,28 +154,12 @@ impl ArmMixture {
 
     /// A place and its slope `(3, D)`, as a point with bands; `besides` is a standard deviation that is not in the state.
     fn point(&self, place: impl Fn(&DVector<f64>) -> (Vector3<f64>, DMatrix<f64>), besides: f64) -> Point {
-        let parts: Vec<(f64, Vector3<f64>, Vector3<f64>)> = self
-            .state
-            .components()
-            .iter()
-            .map(|Component { gaussian, log_weight }| {
-                let (mean, slope) = place(&gaussian.mean);
-                let spread = &slope * &gaussian.covariance * slope.transpose();
-                let sd = Vector3::from_fn(|d, _| spread[(d, d)].max(0.0).sqrt().hypot(besides).max(1e-9));
-                (log_weight.exp(), mean, sd)
-            })
-            .collect();
-        let mean: Vector3<f64> = parts.iter().map(|(weight, mean, _)| *weight * mean).sum();
-        let axis = |d: usize| parts.iter().map(move |(w, m, sd)| (*w, m[d], sd[d])).collect::<Vec<_>>();
-        let variance = |d: usize| axis(d).iter().map(|(w, m, sd)| w * (sd * sd + (m - mean[d]).powi(2))).sum::<f64>();
-        let density = |(weight, _, sd): &(f64, Vector3<f64>, Vector3<f64>)| weight / (sd.x * sd.y * sd.z);
-        let mode = parts.iter().max_by(|a, b| density(a).total_cmp(&density(b))).map_or(mean, |part| part.1);
-        Point {
-            mean,
-            mode,
-            sd: Vector3::from_fn(|d, _| variance(d).sqrt()),
-            lo: Vector3::from_fn(|d, _| Mixture::quantile(&axis(d), 0.025)),
-            hi: Vector3::from_fn(|d, _| Mixture::quantile(&axis(d), 0.975)),
-        }
+        let of_component = |Component { gaussian, log_weight }: &Component| {
+            let (mean, slope) = place(&gaussian.mean);
+            let spread = &slope * &gaussian.covariance * slope.transpose();
+            let sd = Vector3::from_fn(|d, _| spread[(d, d)].max(0.0).sqrt().hypot(besides).max(1e-9));
+            (log_weight.exp(), mean, sd)
+        };
+        Point::of_normals(&self.state.components().iter().map(of_component).collect::<Vec<_>>())
     }
 }

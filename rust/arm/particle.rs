@@ -19,6 +19,7 @@ use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
 use crate::rng::Streams;
 use crate::{Error, Result};
+use nalgebra::Vector3;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
@@ -94,6 +95,8 @@ pub struct Frame<'a> {
     pub last_world_sensor: Quaternion,
     /// Orientation now.
     pub world_sensor: Quaternion,
+    /// Acceleration now, world, m/s², as measured.
+    pub acceleration: Vector3<f64>,
     /// For how long nothing has said how the sensor is oriented, s.
     pub stale_s: f64,
     /// Whether the sensor lies still.
@@ -111,6 +114,7 @@ impl Frame<'_> {
             worn: None,
             last_world_sensor: world_sensor,
             world_sensor,
+            acceleration: Vector3::zeros(),
             stale_s: 0.0,
             is_rest: false,
             sightings: Vec::new(),

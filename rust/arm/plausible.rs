@@ -17,6 +17,9 @@ pub const DOUBTS: [&str; 3] = [
     "the estimate lies beside the patch that is seen",
 ];
 
+/// After a pause, until the patch is seen again.
+pub const UNKNOWN: &str = "neither IMU nor patch has said where the arm is since a pause";
+
 /// A shoulder that is taken to be still moves by as much, and lengths are measured that badly, m.
 const SLACK_M: f64 = 0.10;
 /// Standard deviations of a 95 % band.

@@ -1,7 +1,7 @@
 //! The arm, the noise around it, the columns of the state, and what an estimate says.
 
 use crate::camera::Camera;
-use crate::filter::Gaussian;
+use crate::filter::{Gaussian, Mixture};
 use crate::particles::{ParticleSet, Summary};
 use crate::{Error, Result, error::require};
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -222,6 +222,12 @@ impl Layout {
         Self { bias, offset, tilt, shoulder, clock, dim }
     }
 
+    /// What is estimated beside the columns that a worn sensor's motion mixes: first column, how many, process.
+    pub fn others(self, noise: &Noise) -> Vec<(usize, usize, GaussMarkov)> {
+        let others = [(self.offset, 3, noise.offset), (self.shoulder, 3, noise.shoulder), (self.clock, 1, noise.clock)];
+        others.into_iter().filter_map(|(column, width, of)| Some((column?, width, of?))).collect()
+    }
+
     /// Mean `(D,)` and standard deviation `(D,)` of the state at the first frame.
     pub fn start(self, arm: &Arm, noise: &Noise) -> (DVector<f64>, DVector<f64>) {
         let mut mean = DVector::zeros(self.dim);
@@ -349,6 +355,27 @@ impl Estimate {
 }
 
 impl Point {
+    /// From normal distributions: weight, mean and standard deviation per axis of each.
+    pub(super) fn of_normals(parts: &[(f64, Vector3<f64>, Vector3<f64>)]) -> Self {
+        let mean: Vector3<f64> = parts.iter().map(|(weight, mean, _)| *weight * mean).sum();
+        let axis = |d: usize| parts.iter().map(move |(w, m, sd)| (*w, m[d], sd[d])).collect::<Vec<_>>();
+        let variance = |d: usize| axis(d).iter().map(|(w, m, sd)| w * (sd * sd + (m - mean[d]).powi(2))).sum::<f64>();
+        let density = |(weight, _, sd): &(f64, Vector3<f64>, Vector3<f64>)| weight / (sd.x * sd.y * sd.z);
+        let mode = parts.iter().max_by(|a, b| density(a).total_cmp(&density(b))).map_or(mean, |part| part.1);
+        Self {
+            mean,
+            mode,
+            sd: Vector3::from_fn(|d, _| variance(d).sqrt()),
+            lo: Vector3::from_fn(|d, _| Mixture::quantile(&axis(d), 0.025)),
+            hi: Vector3::from_fn(|d, _| Mixture::quantile(&axis(d), 0.975)),
+        }
+    }
+
+    /// From weighted points that are normal each.
+    pub(super) fn together(parts: &[(f64, &Self)]) -> Self {
+        Self::of_normals(&parts.iter().map(|(weight, point)| (*weight, point.mean, point.sd)).collect::<Vec<_>>())
+    }
+
     fn moved(&self, by: Vector3<f64>) -> Self {
         Self { mean: self.mean + by, mode: self.mode + by, sd: self.sd, lo: self.lo + by, hi: self.hi + by }
     }

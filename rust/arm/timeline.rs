@@ -147,6 +147,11 @@ impl Timeline {
         self.held.map_or(0.0, |held| (self.now_s - held.time_s - self.hold_s(noise)).max(0.0))
     }
 
+    /// How the wrist accelerates now, world, m/s², as measured; not at all where nothing is.
+    pub fn acceleration(&self, noise: &Noise) -> Vector3<f64> {
+        self.held.filter(|_| self.stale_s(noise) == 0.0).map_or_else(Vector3::zeros, |held| held.acceleration)
+    }
+
     /// Whether the sensor lies still, as far as is known.
     pub fn is_rest(&self, noise: &Noise) -> bool {
         self.stale_s(noise) == 0.0 && self.stillness.is_rest(noise)

@@ -5,11 +5,13 @@ use super::ekf::{ArmGaussian, Correction};
 use super::mixture::ArmMixture;
 use super::particle::{ArmLayer, ArmParticles, Frame};
 use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
-use super::plausible::{Judged, PATIENCE_S, Plausibility};
+use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
+use super::smooth::{Recorded, Step};
 use super::state::{Arm, Estimate, Noise, View, require_finite};
 use super::timeline::Timeline;
+use super::worn::WornMotion;
 use crate::error::require;
-use crate::filter::{Recorder, Resampling};
+use crate::filter::{Gaussian, Recorder, Resampling};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
 use crate::{Error, Result, saved};
@@ -53,6 +55,13 @@ pub enum Method {
         /// Components that are kept.
         components: usize,
     },
+    /// The same, its frames kept, so that they can be smoothed ([`ArmTracker::smoothed`]).
+    Smoother {
+        /// As those of the mixture.
+        corrections: Vec<Correction>,
+        /// As those of the mixture.
+        components: usize,
+    },
 }
 
 /// What [`ArmTracker::run`] made of a stretch.
@@ -83,6 +92,8 @@ pub struct ArmTracker {
     /// Nothing is known until the patch is seen again.
     is_unknown: bool,
     restarts: u64,
+    /// What every frame brought, where it is kept.
+    steps: Option<Vec<Step>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -100,12 +111,13 @@ impl ArmTracker {
     pub fn new(arm: Arm, views: Vec<View>, noise: Noise, method: Method, seed: u64) -> Result<Self> {
         arm.check()?;
         noise.check()?;
+        let keeps_frames = matches!(method, Method::Smoother { .. });
         let filter = match method {
             Method::Particles { layers, len, resampling } => {
                 Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
             }
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
-            Method::Mixture { corrections, components } => {
+            Method::Mixture { corrections, components } | Method::Smoother { corrections, components } => {
                 require((1..=100).contains(&components), "components", components as f64, "1 to 100")?;
                 // Its motion mixes both (`worn::CORE`).
                 require(noise.bias.is_some(), "bias", f64::NAN, "estimated, by a mixture")?;
@@ -129,6 +141,7 @@ impl ArmTracker {
             blind_s: 0.0,
             is_unknown: false,
             restarts: 0,
+            steps: keeps_frames.then(Vec::new),
         })
     }
 
@@ -198,6 +211,7 @@ impl ArmTracker {
             worn: self.timeline.worn().cloned(),
             last_world_sensor: self.last_world_sensor.unwrap_or(world_sensor),
             world_sensor,
+            acceleration: self.timeline.acceleration(&self.noise),
             stale_s: self.timeline.stale_s(&self.noise),
             is_rest: self.timeline.is_rest(&self.noise),
             sightings: self
@@ -207,6 +221,7 @@ impl ArmTracker {
                 .filter_map(|(view, pixel)| pixel.map(|pixel| Sighting { view, pixel }))
                 .collect(),
         };
+        let start = self.start_to_keep();
         // Until it is known that all went well: a filter that failed half-way must not be used again.
         self.lost_at_s = Some(time_s);
         let mut estimate = match &mut self.filter {
@@ -224,13 +239,44 @@ impl ArmTracker {
             return Err(Error::Implausible { time_s, why, lasted_s });
         }
         if self.is_unknown {
-            estimate.doubt = Some("neither IMU nor patch has said where the arm is since a pause");
+            estimate.doubt = Some(UNKNOWN);
+        }
+        if let (Some(steps), Filter::Mixture(filter)) = (&mut self.steps, &self.filter) {
+            let Frame { stale_s, is_rest, worn, .. } = frame;
+            let (worn, pixels) = (worn.unwrap_or_else(WornMotion::none), pixels.to_vec());
+            let (is_unknown, means) = (self.is_unknown, filter.means());
+            steps.push(Step { time_s, worn, world_sensor, stale_s, is_rest, pixels, start, is_unknown, means });
         }
         self.lost_at_s = None;
         self.last_world_sensor = Some(world_sensor);
         self.last_frame_s = Some(time_s);
         self.timeline.clear_pending();
         Ok(estimate)
+    }
+
+    /// What is known before the frame that the track starts at, where frames are kept.
+    fn start_to_keep(&self) -> Option<Gaussian> {
+        match &self.filter {
+            Filter::Mixture(filter) if self.steps.is_some() && self.last_world_sensor.is_none() => {
+                Some(filter.as_gaussian())
+            }
+            _ => None,
+        }
+    }
+
+    /// Every frame so far given all of them and the samples that they came with, one estimate a frame; empty where frames are
+    /// not kept.
+    ///
+    /// # Errors
+    /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
+    pub fn smoothed(&self, samples: &[Sample]) -> Result<Vec<Estimate>> {
+        match (&self.steps, &self.filter) {
+            (Some(steps), Filter::Mixture(filter)) if !steps.is_empty() => {
+                let Self { arm, noise, views, .. } = self;
+                Recorded { arm, noise, views, filter, steps, samples }.estimates()
+            }
+            _ => Ok(Vec::new()),
+        }
     }
 
     /// After a pause the state is not known: start again where the patch is seen, as far as the arm reaches.
@@ -286,7 +332,11 @@ impl ArmTracker {
         let estimate = match &self.filter {
             Filter::Particles(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
             Filter::Gaussian(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
-            Filter::Mixture(filter) => filter.estimate(&self.arm, &self.noise, time_s, timeline.worn(), world_sensor),
+            Filter::Mixture(filter) => {
+                let acceleration = timeline.acceleration(&self.noise);
+                let frame = Frame { acceleration, ..Frame::empty(time_s, world_sensor) };
+                filter.estimate(&self.arm, &self.noise, timeline.worn(), &frame)
+            }
         };
         if estimate.is_finite() { Ok(estimate) } else { Err(Error::RanAway { time_s }) }
     }

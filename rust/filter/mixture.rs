@@ -161,25 +161,27 @@ impl Mixture {
     }
 }
 
+/// A standard normal as narrower ones: place and logarithm of the weight of each; and the standard deviation of all.
+pub fn narrower() -> ([(f64, f64); PLACES.len()], f64) {
+    let spread: f64 = PLACES.iter().zip(SHARES).map(|(place, share)| share * place * place).sum();
+    let (scale, total) = (((1.0 - NARROWER * NARROWER) / spread).sqrt(), SHARES.iter().sum::<f64>());
+    (std::array::from_fn(|k| (PLACES[k] * scale, (SHARES[k] / total).ln())), NARROWER)
+}
+
 /// Five narrower components along a direction; mean and covariance of all of them are those of the whole.
 fn parts(whole: &Component, direction: &DVector<f64>) -> Vec<Component> {
     let Component { gaussian, log_weight } = whole;
     let sd = direction.dot(&(&gaussian.covariance * direction)).max(f64::MIN_POSITIVE).sqrt();
     // What goes with one standard deviation along the direction.
     let along = &gaussian.covariance * direction / sd;
-    // The narrower ones and the spread of their places make one standard deviation.
-    let kept = NARROWER * NARROWER;
-    let spread: f64 = PLACES.iter().zip(SHARES).map(|(place, share)| share * place * place).sum();
-    let scale = ((1.0 - kept) / spread).sqrt();
+    let (places, kept) = narrower();
     let mut covariance = gaussian.covariance.clone();
-    covariance.ger(kept - 1.0, &along, &along, 1.0);
-    let total: f64 = SHARES.iter().sum();
-    PLACES
+    covariance.ger(kept * kept - 1.0, &along, &along, 1.0);
+    places
         .iter()
-        .zip(SHARES)
-        .map(|(place, share)| Component {
-            gaussian: Gaussian { mean: &gaussian.mean + &along * (place * scale), covariance: covariance.clone() },
-            log_weight: log_weight + (share / total).ln(),
+        .map(|(place, log_share)| Component {
+            gaussian: Gaussian { mean: &gaussian.mean + &along * *place, covariance: covariance.clone() },
+            log_weight: log_weight + log_share,
         })
         .collect()
 }

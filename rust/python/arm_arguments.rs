@@ -98,15 +98,10 @@ impl MixtureArgument {
     }
 }
 
-/// Any of them, told apart by what it has.
+/// Which of the filters runs it.
 #[derive(FromPyObject)]
-enum MethodArgument {
-    #[pyo3(transparent)]
-    Particles(ParticlesArgument),
-    #[pyo3(transparent)]
-    Mixture(MixtureArgument),
-    #[pyo3(transparent)]
-    Gaussian(GaussianArgument),
+struct FilterArgument {
+    filter: String,
 }
 
 fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
@@ -154,32 +149,20 @@ impl From<NoiseArgument> for Noise {
     }
 }
 
-impl TryFrom<MethodArgument> for Method {
-    type Error = Error;
+fn particles(p: &ParticlesArgument) -> Result<Method> {
+    let layer = |(mover, cues): &(String, Vec<String>)| {
+        let cues = cues.iter().map(|cue| Cue::from_name(cue)).collect::<Result<_>>()?;
+        Ok(ArmLayer { mover: Mover::from_name(mover)?, cues })
+    };
+    Ok(Method::Particles {
+        layers: p.layers.iter().map(layer).collect::<Result<_>>()?,
+        len: p.particles,
+        resampling: Resampling::new(Scheme::from_name(&p.resampling)?, p.ess_threshold)?,
+    })
+}
 
-    fn try_from(method: MethodArgument) -> Result<Self> {
-        Ok(match method {
-            MethodArgument::Particles(p) => Self::Particles {
-                layers: p
-                    .layers
-                    .iter()
-                    .map(|(mover, cues)| {
-                        let cues = cues.iter().map(|cue| Cue::from_name(cue)).collect::<Result<_>>()?;
-                        Ok(ArmLayer { mover: Mover::from_name(mover)?, cues })
-                    })
-                    .collect::<Result<_>>()?,
-                len: p.particles,
-                resampling: Resampling::new(Scheme::from_name(&p.resampling)?, p.ess_threshold)?,
-            },
-            MethodArgument::Mixture(m) => Self::Mixture {
-                components: m.components,
-                corrections: m.corrections.iter().map(|c| Correction::from_name(c)).collect::<Result<_>>()?,
-            },
-            MethodArgument::Gaussian(g) => Self::Gaussian {
-                corrections: g.corrections.iter().map(|c| Correction::from_name(c)).collect::<Result<_>>()?,
-            },
-        })
-    }
+fn corrections(names: &[String]) -> Result<Vec<Correction>> {
+    names.iter().map(|name| Correction::from_name(name)).collect()
 }
 
 /// Raise `InputError` where a `pytracker.Camera` is not one: focal lengths, rotation, finite numbers.
@@ -200,10 +183,27 @@ pub fn extract_views(cameras: &Bound<'_, PyAny>) -> PyResult<Vec<View>> {
 
 pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {
     let noise: NoiseArgument = method.extract()?;
-    let kind: MethodArgument = method.extract()?;
+    let FilterArgument { filter } = method.extract()?;
     let mut noise = Noise::from(noise);
-    if let MethodArgument::Mixture(mixture) = &kind {
-        mixture.add_to(&mut noise);
-    }
-    Ok((noise, kind.try_into()?))
+    let method = match filter.as_str() {
+        "particles" => particles(&method.extract()?)?,
+        "gaussian" => {
+            Method::Gaussian { corrections: corrections(&method.extract::<GaussianArgument>()?.corrections)? }
+        }
+        "mixture" | "smoother" => {
+            let m: MixtureArgument = method.extract()?;
+            m.add_to(&mut noise);
+            let (corrections, components) = (corrections(&m.corrections)?, m.components);
+            if filter == "mixture" {
+                Method::Mixture { corrections, components }
+            } else {
+                Method::Smoother { corrections, components }
+            }
+        }
+        _ => {
+            let known = "particles, gaussian, mixture, smoother";
+            return Err(Error::UnknownName { what: "filter", name: filter, known }.into());
+        }
+    };
+    Ok((noise, method))
 }

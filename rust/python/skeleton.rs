@@ -4,7 +4,7 @@ use crate::Result;
 use crate::error::guarded;
 use crate::skeleton::{self, Bone, Channel};
 use nalgebra::{Matrix3, Vector3};
-use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 /// `pytracker.Bone`, read.
@@ -43,18 +43,22 @@ impl Skeleton {
     }
 
     /// Forward kinematics of poses `(T, C)`, metres and radians: starts and ends of all bones, `(T, B, 3)` each, world,
-    /// m. Raises `InputError`.
-    fn pose<'py>(&self, py: Python<'py>, poses: PyReadonlyArray2<'py, f64>) -> PyResult<Pair<'py>> {
+    /// m, and how they are turned from the base pose `(T, B, 3, 3)`. Raises `InputError`.
+    fn pose<'py>(&self, py: Python<'py>, poses: PyReadonlyArray2<'py, f64>) -> PyResult<Posed<'py>> {
         let (poses, bones) = (poses.as_array(), self.0.bones().len());
-        let (mut starts, mut ends) = (Vec::new(), Vec::new());
+        let (mut starts, mut ends, mut rotations) = (Vec::new(), Vec::new(), Vec::new());
         for pose in poses.rows() {
             let posed = guarded(|| self.0.pose(&pose.to_vec()))?;
             starts.extend(posed.starts.iter().flatten().copied());
             ends.extend(posed.ends.iter().flatten().copied());
+            // Row by row.
+            rotations
+                .extend(posed.rotations.iter().flat_map(|turn| turn.transpose().iter().copied().collect::<Vec<_>>()));
         }
         let shape = [poses.nrows(), bones, 3];
-        Ok((PyArray1::from_vec(py, starts).reshape(shape)?, PyArray1::from_vec(py, ends).reshape(shape)?))
+        let rotations = PyArray1::from_vec(py, rotations).reshape([poses.nrows(), bones, 3, 3])?;
+        Ok((PyArray1::from_vec(py, starts).reshape(shape)?, PyArray1::from_vec(py, ends).reshape(shape)?, rotations))
     }
 }
 
-type Pair<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>);
+type Posed<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray3<f64>>, Bound<'py, PyArray4<f64>>);

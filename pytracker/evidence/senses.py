@@ -1,0 +1,45 @@
+"""All that is known of a body at a frame: what the picture shows, what a detector found, what sensors say."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from pytracker.evidence.keypoints import with_spreads
+from pytracker.evidence.orientations import Worn
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
+from pytracker.formats.video import Frame, frames
+from pytracker.recording import BodyRecording
+from pytracker.rotation import Array
+
+__all__ = ["Senses", "senses_of"]
+
+
+class Senses:
+    """Frame by frame, in the order of the video or not."""
+
+    def __init__(self, recording: BodyRecording, silhouette: Silhouette) -> None:
+        """Of a recording, whose pictures `silhouette` reads."""
+        view = recording.view
+        self.silhouette = silhouette
+        self._start_s = view.start_s
+        self._worn = Worn(recording.imus, recording.imu_sds_rad)
+        self._keypoints: dict[int, Array] = {}
+        if view.keypoints is not None:
+            rows = with_spreads(view.keypoints)
+            self._keypoints = {int(frame): row for frame, row in zip(view.keypoints.frames, rows, strict=True)}
+
+    def __call__(self, frame: Frame) -> BodyEvidence:
+        """What is known of it. Raises `InputError` for another size than the background's."""
+        return dataclasses.replace(
+            self.silhouette(frame.image),
+            keypoints=self._keypoints.get(frame.index),
+            orientations=self._worn(frame.time_s + self._start_s),
+        )
+
+
+def senses_of(recording: BodyRecording) -> Senses:
+    """The senses of this recording; without a background it takes the median over the video."""
+    view = recording.view
+    root = recording.skeleton.joints(recording.initial[None])["root"]
+    background = read_background(view.background) if view.background else median_background(frames(view.video))
+    return Senses(recording, Silhouette(background, float(view.camera.px_per_m(root)[0])))

@@ -1,0 +1,48 @@
+"""C3D files of 3-D markers, by `ezc3d` (`pip install pytracker[c3d]`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.qualisys import Markers
+
+__all__ = ["read_c3d"]
+
+UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0}
+
+
+def read_c3d(path: Path | str) -> Markers:
+    """Read it; a point with a negative residual was not seen. Raises `InputError`."""
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        import ezc3d  # noqa: PLC0415 - an extra, and slow to load
+    except ImportError:
+        raise InputError(f"{path}: reading C3D needs ezc3d: pip install 'pytracker[c3d]'") from None
+    try:
+        data = ezc3d.c3d(str(path))
+        parameters = data["parameters"]["POINT"]
+        labels = list(parameters["LABELS"]["value"])
+        rate_hz, unit = float(data["header"]["points"]["frame_rate"]), str(parameters["UNITS"]["value"][0]).strip()
+        points = np.asarray(data["data"]["points"], dtype=np.float64)
+        residuals = np.asarray(data["data"]["meta_points"]["residuals"], dtype=np.float64)
+    except (OSError, RuntimeError, ValueError, KeyError, IndexError) as error:
+        raise InputError(f"{path}: is not a C3D file of points: {str(error)[:200]}") from None
+    if unit not in UNITS_M or not rate_hz > 0 or not points.shape[2]:
+        raise InputError(
+            f"{path}: has units {unit!r}, {rate_hz} Hz and {points.shape[2]} frames, expected points in mm, cm or m"
+        )
+    seen = (residuals[0] >= 0) & np.isfinite(points[:3]).all(axis=0)
+    names = [str(label).strip() for label in labels[: points.shape[1]]]
+    # `Subject:Marker` is the marker, where there is one subject.
+    short = [name.rsplit(":", 1)[-1] for name in names]
+    names = short if len(set(short)) == len(short) else names
+    positions = {
+        name: np.where(seen[k][:, None], points[:3, k].T * UNITS_M[unit], np.nan) for k, name in enumerate(names)
+    }
+    gaps = {name: int(np.isnan(rows[:, 0]).sum()) for name, rows in positions.items()}
+    return Markers(np.arange(points.shape[2]) / rate_hz, positions, gaps, rate_hz)

@@ -1,0 +1,116 @@
+//! One recording of an arm as a chain of states that is smoothed ([`super::smooth`]).
+
+use super::colour::Sighting;
+use super::measurements::Seen;
+use super::mixture::ArmMixture;
+use super::particle::Frame;
+use super::smooth::Step;
+use super::state::{Arm, Estimate, Layout, Noise, View};
+use super::worn::CORE;
+use crate::Result;
+use crate::filter::{Chain, Component, Gaussian, Linear, Smoothed, smooth, surprise};
+use nalgebra::{DMatrix, DVector, Vector2};
+
+/// How often the recording is linearised again, and when that is enough, in standard deviations.
+const TURNS: usize = 8;
+const SETTLED: f64 = 0.1;
+
+/// A recording with all that bends it known.
+pub(super) struct ArmBranch<'a> {
+    pub arm: &'a Arm,
+    pub noise: &'a Noise,
+    pub views: &'a [View],
+    pub filter: &'a ArmMixture,
+    pub steps: &'a [Step],
+}
+
+/// Where each camera saw the patch, of those that did.
+pub(super) fn sightings<'a>(views: &'a [View], pixels: &[Option<Vector2<f64>>]) -> Vec<Sighting<'a>> {
+    views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? })).collect()
+}
+
+impl ArmBranch<'_> {
+    /// From the mixture's track.
+    ///
+    /// # Errors
+    /// [`crate::Error::Singular`], [`crate::Error::RanAway`].
+    pub fn smoothed(&self) -> Result<Smoothed> {
+        let from = |which: usize| {
+            smooth(self, self.steps.iter().map(|step| step.means[which].clone()).collect(), TURNS, SETTLED)
+        };
+        // Between two depths there may be no way on: then from the likelier one.
+        from(0).or_else(|_| from(1))
+    }
+
+    /// What a state says of the arm.
+    pub fn estimate(&self, step: usize, state: &Gaussian) -> Estimate {
+        let frame = self.frame(step);
+        let seen = Seen::new(Layout::new(self.noise), self.arm, self.noise, &frame);
+        let component = Component { gaussian: state.clone(), log_weight: 0.0 };
+        self.filter.of_components(vec![component], &seen, frame.time_s)
+    }
+
+    fn frame(&self, step: usize) -> Frame<'_> {
+        let Step { time_s, world_sensor, stale_s, is_rest, ref pixels, .. } = self.steps[step];
+        Frame { stale_s, is_rest, sightings: sightings(self.views, pixels), ..Frame::empty(time_s, world_sensor) }
+    }
+}
+
+impl Chain for ArmBranch<'_> {
+    fn len(&self) -> usize {
+        self.steps.len()
+    }
+
+    fn time_s(&self, step: usize) -> f64 {
+        self.steps[step].time_s
+    }
+
+    fn start(&self, step: usize) -> Option<Gaussian> {
+        self.steps[step].start.clone()
+    }
+
+    fn predict(&self, step: usize, state: &mut Gaussian) -> DMatrix<f64> {
+        let (motion, dim) = (&self.steps[step].worn, state.mean.len());
+        let others = Layout::new(self.noise).others(self.noise);
+        motion.predict(&mut state.mean, &mut state.covariance, &others);
+        let mut transition = DMatrix::identity(dim, dim);
+        transition.fixed_view_mut::<CORE, CORE>(0, 0).copy_from(&motion.transition);
+        for (column, width, process) in others {
+            for d in column..column + width {
+                transition[(d, d)] = process.step(motion.elapsed_s).0;
+            }
+        }
+        transition
+    }
+
+    fn surprise(&self, step: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+        let motion = &self.steps[step].worn;
+        let core = to.fixed_rows::<CORE>(0) - (motion.transition * from.fixed_rows::<CORE>(0) + motion.input);
+        let noise = DMatrix::from_column_slice(CORE, CORE, motion.noise.as_slice());
+        let others = Layout::new(self.noise).others(self.noise);
+        let each = others.iter().flat_map(|(column, width, process)| {
+            let (kept, gained) = process.step(motion.elapsed_s);
+            let off = move |d: usize| if gained > 0.0 { (to[d] - kept * from[d]).powi(2) / gained } else { 0.0 };
+            (*column..column + width).map(off)
+        });
+        surprise(&DVector::from_column_slice(core.as_slice()), &noise) + each.sum::<f64>()
+    }
+
+    fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
+        let frame = self.frame(step);
+        let seen = Seen::new(Layout::new(self.noise), self.arm, self.noise, &frame);
+        // A trajectory is one place at a time: nothing bends over its spread.
+        let known = DMatrix::zeros(at.len(), at.len());
+        let mut measured = Vec::with_capacity(3);
+        for sighting in &frame.sightings {
+            measured.extend(seen.patch(sighting, at, &known)?);
+        }
+        if self.filter.is_held_by_arm() {
+            measured.extend(seen.length(at, &known));
+        }
+        if self.filter.is_rested() && frame.is_rest {
+            measured.push(seen.rest(at));
+        }
+        Ok(measured)
+    }
+}

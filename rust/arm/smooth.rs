@@ -1,0 +1,206 @@
+//! The arm over a whole recording: the mixture's track, smoothed.
+//!
+//! Not in the paper. The state and its motion are those of [`super::mixture`], what is measured is [`super::measurements`], and the
+//! trajectory to start from is the mixture's. By how much the camera sees later than the IMU's clock says is constant and
+//! bends everything: it is no column here. The frames are put at so many delays, each is a branch that is smoothed by itself,
+//! and they are weighed by their evidence.
+
+use super::branch::ArmBranch;
+use super::mixture::ArmMixture;
+use super::plausible::{Judged, Plausibility, UNKNOWN};
+use super::state::{Arm, Estimate, Noise, Point, View};
+use super::timeline::Timeline;
+use super::tracker::Sample;
+use super::worn::WornMotion;
+use crate::Result;
+use crate::filter::{Gaussian, Smoothed};
+use crate::quaternion::Quaternion;
+use nalgebra::{DVector, Vector2};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Delays that are tried at first, in standard deviations of what is known beforehand.
+const DELAYS: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
+/// Between them it is looked so often while one has most of the weight.
+const FINER: usize = 4;
+const MOST: f64 = 0.4;
+/// A branch of less weight is left out.
+const LEAST: f64 = 1e-4;
+
+/// What a frame brought to the mixture, and what it made of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// Recording time, s.
+    pub time_s: f64,
+    /// Motion since the frame before.
+    pub worn: WornMotion,
+    /// Orientation now.
+    pub world_sensor: Quaternion,
+    /// For how long nothing has said how the sensor is oriented, s.
+    pub stale_s: f64,
+    /// Whether the sensor lies still.
+    pub is_rest: bool,
+    /// Where each camera saw the patch.
+    pub pixels: Vec<Option<Vector2<f64>>>,
+    /// Whether nothing has said where the arm is since a pause.
+    pub is_unknown: bool,
+    /// What was known beforehand, where the track starts here.
+    pub start: Option<Gaussian>,
+    /// Mean of the mixture, and of its heaviest component.
+    pub means: [DVector<f64>; 2],
+}
+
+/// A recording of an arm that a mixture has been through.
+pub(super) struct Recorded<'a> {
+    pub arm: &'a Arm,
+    pub noise: &'a Noise,
+    pub views: &'a [View],
+    pub filter: &'a ArmMixture,
+    pub steps: &'a [Step],
+    pub samples: &'a [Sample],
+}
+
+/// A delay of the camera, and the recording smoothed with it.
+struct Delayed {
+    delay_s: f64,
+    /// By prior and evidence, per s of delay.
+    log_density: f64,
+    estimates: Vec<Estimate>,
+}
+
+impl Recorded<'_> {
+    /// Every frame given the whole recording.
+    ///
+    /// # Errors
+    /// [`crate::Error::Singular`], [`crate::Error::RanAway`] where no trajectory is found.
+    pub fn estimates(&self) -> Result<Vec<Estimate>> {
+        let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
+        let mut found =
+            self.at_delays(&DELAYS.map(|delay| delay * known_sd)[if known_sd > 0.0 { 0..9 } else { 4..5 }])?;
+        let mut apart = 0.5 * known_sd;
+        for _ in 0..FINER {
+            let weights = weights(&found);
+            let best = (0..found.len()).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
+            if apart == 0.0 || weights[best] < MOST {
+                break;
+            }
+            apart *= 0.5;
+            let delay_s = found[best].delay_s;
+            found.extend(self.at_delays(&[delay_s - apart, delay_s + apart])?);
+            found.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
+        }
+        let weights = weights(&found);
+        let mut estimates: Vec<Estimate> = (0..self.steps.len()).map(|step| together(&found, &weights, step)).collect();
+        self.judge(&mut estimates);
+        Ok(estimates)
+    }
+
+    /// Those of the delays with which a trajectory is found; an error where there is none.
+    fn at_delays(&self, delays: &[f64]) -> Result<Vec<Delayed>> {
+        let each: Vec<Result<Delayed>> = delays.par_iter().map(|delay_s| self.delayed(*delay_s)).collect();
+        let (good, bad): (Vec<_>, Vec<_>) = each.into_iter().partition(Result::is_ok);
+        match bad.into_iter().next() {
+            Some(error) if good.is_empty() => error.map(|found| vec![found]),
+            _ => good.into_iter().collect(),
+        }
+    }
+
+    fn delayed(&self, delay_s: f64) -> Result<Delayed> {
+        let noise = Noise { clock: None, ..self.noise.clone() };
+        let steps = self.retimed(delay_s, &noise)?;
+        let branch = ArmBranch { arm: self.arm, noise: &noise, views: self.views, filter: self.filter, steps: &steps };
+        let Smoothed { states, log_evidence, .. } = branch.smoothed()?;
+        let estimates = states.iter().enumerate().map(|(step, state)| branch.estimate(step, state)).collect();
+        let in_sd =
+            self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
+        Ok(Delayed { delay_s, log_density: log_evidence - 0.5 * in_sd * in_sd, estimates })
+    }
+
+    /// The same frames, seen so much later by the IMU's clock; without the clock's column, which is the last.
+    fn retimed(&self, delay_s: f64, noise: &Noise) -> Result<Vec<Step>> {
+        let mut timeline = Timeline::new(true);
+        let first_s = self.samples.first().map_or(0.0, |sample| sample.time_s);
+        let mut samples = self.samples.iter().peekable();
+        let mut steps = Vec::with_capacity(self.steps.len());
+        for (k, step) in self.steps.iter().enumerate() {
+            // A frame before the first sample is met with it.
+            let time_s = (step.time_s + delay_s).max(first_s + 1e-9 * (k as f64));
+            while let Some(sample) = samples.next_if(|sample| sample.time_s <= time_s) {
+                timeline.take(sample, noise)?;
+            }
+            timeline.reach_frame(time_s, noise)?;
+            if step.start.is_some() {
+                timeline.clear_pending();
+            }
+            let short = |of: &DVector<f64>| of.rows(0, self.filter.dim_without_clock()).into_owned();
+            let start = step.start.as_ref().map(|Gaussian { mean, covariance }| {
+                let dim = self.filter.dim_without_clock();
+                Gaussian { mean: short(mean), covariance: covariance.view((0, 0), (dim, dim)).into_owned() }
+            });
+            steps.push(Step {
+                time_s: step.time_s,
+                worn: timeline.worn().cloned().unwrap_or_else(WornMotion::none),
+                world_sensor: timeline.world_sensor(noise),
+                stale_s: timeline.stale_s(noise),
+                is_rest: timeline.is_rest(noise),
+                pixels: step.pixels.clone(),
+                is_unknown: step.is_unknown,
+                start,
+                means: [short(&step.means[0]), short(&step.means[1])],
+            });
+            timeline.clear_pending();
+        }
+        Ok(steps)
+    }
+
+    /// What speaks against them, as of the filter's own.
+    fn judge(&self, estimates: &mut [Estimate]) {
+        let mut plausibility = Plausibility::new();
+        for (step, estimate) in self.steps.iter().zip(estimates) {
+            if step.start.is_some() {
+                plausibility = Plausibility::new();
+            }
+            let sightings = super::branch::sightings(self.views, &step.pixels);
+            let (arm, noise, world_sensor) = (self.arm, self.noise, step.world_sensor);
+            let doubt = plausibility.doubt(estimate, &Judged { arm, noise, sightings: &sightings, world_sensor });
+            estimate.doubt = if step.is_unknown { Some(UNKNOWN) } else { doubt };
+        }
+    }
+}
+
+/// Weights of delays in increasing order, each for the stretch about it.
+fn weights(found: &[Delayed]) -> Vec<f64> {
+    let most = found.iter().map(|one| one.log_density).fold(f64::NEG_INFINITY, f64::max);
+    let at = |k: usize| found[k].delay_s;
+    let last = found.len() - 1;
+    let width = |k: usize| if last == 0 { 1.0 } else { at((k + 1).min(last)) - at(k.saturating_sub(1)) };
+    let each: Vec<f64> = (0..found.len()).map(|k| (found[k].log_density - most).exp() * width(k)).collect();
+    let sum: f64 = each.iter().sum();
+    each.into_iter().map(|weight| weight / sum).collect()
+}
+
+/// One estimate of a step from those of all delays; the delay is the last column of its state.
+fn together(found: &[Delayed], weights: &[f64], step: usize) -> Estimate {
+    let parts: Vec<(f64, &Delayed)> =
+        weights.iter().copied().zip(found).filter(|(weight, _)| *weight > LEAST).collect();
+    let sum: f64 = parts.iter().map(|(weight, _)| weight).sum();
+    let parts: Vec<(f64, &Delayed)> = parts.into_iter().map(|(weight, one)| (weight / sum, one)).collect();
+    let of = |one: &Delayed| one.estimates[step].mean.push(one.delay_s);
+    let mut mean = of(parts[0].1) * 0.0;
+    for (weight, one) in &parts {
+        mean += of(one) * *weight;
+    }
+    let dim = mean.len();
+    let mut covariance = &mean * mean.transpose() * 0.0;
+    for (weight, one) in &parts {
+        let off = of(one) - &mean;
+        covariance += &off * off.transpose() * *weight;
+        let mut own = covariance.view_mut((0, 0), (dim - 1, dim - 1));
+        own += &one.estimates[step].covariance * *weight;
+    }
+    let points = |of: fn(&Estimate) -> &Point| {
+        Point::together(&parts.iter().map(|(weight, one)| (*weight, of(&one.estimates[step]))).collect::<Vec<_>>())
+    };
+    let (wrist, elbow) = (points(|e| &e.wrist), points(|e| &e.elbow));
+    Estimate { mean, covariance, wrist, elbow, ..parts[0].1.estimates[step].clone() }
+}

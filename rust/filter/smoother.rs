@@ -1,0 +1,325 @@
+//! The whole recording at once: Gauss-Newton over all its states, by Kalman passes forward and back.
+//!
+//! For a chain of states one Gauss-Newton step is a Kalman filter and a Rauch-Tung-Striebel smoother, linearised about the last
+//! trajectory (Bell, "The iterated Kalman smoother as a Gauss-Newton method", SIAM J. Optimization 4(3), 1994): the same
+//! normal equations, block-tridiagonal, in time and memory that grow with the length. What is constant is a column that does
+//! not walk: its border is carried along. Covariances are those of each state given the whole recording.
+
+use super::{Gaussian, Linear};
+use crate::{Error, Result};
+use nalgebra::{DMatrix, DVector};
+
+/// A step is halved so often before it is given up.
+const HALVINGS: i32 = 8;
+/// Noise of less than full rank is made whole by this share of each variance.
+const LEAST: f64 = 1e-9;
+
+/// A recording as the smoother sees it: states at its steps, how one leads to the next, and what is measured of each.
+pub trait Chain {
+    /// How many steps, at least one.
+    fn len(&self) -> usize;
+
+    /// Whether there is none.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The time of a step, s, for messages.
+    fn time_s(&self, step: usize) -> f64;
+
+    /// What is known of a step beforehand, where the chain starts there: at the first, and wherever it starts anew.
+    fn start(&self, step: usize) -> Option<Gaussian>;
+
+    /// Move a Gaussian from the step before to this one; returns the transition `(D, D)`.
+    fn predict(&self, step: usize, state: &mut Gaussian) -> DMatrix<f64>;
+
+    /// How surprising it is to come from one state to another at this step: minus twice the log-density, but for a constant.
+    fn surprise(&self, step: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64;
+
+    /// What is measured at a step, linearised about a state.
+    ///
+    /// # Errors
+    /// Whatever cannot be linearised there.
+    fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>>;
+}
+
+/// A smoothed recording.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Smoothed {
+    /// One a step.
+    pub states: Vec<Gaussian>,
+    /// Minus twice the log posterior of the trajectory, but for a constant.
+    pub cost: f64,
+    /// Log evidence of all that was measured, by the last linearisation.
+    pub log_evidence: f64,
+    /// Whether the trajectory had settled before the last turn.
+    pub is_settled: bool,
+}
+
+/// One pass forward, kept for the way back.
+struct Forward {
+    filtered: Vec<Gaussian>,
+    predicted: Vec<Gaussian>,
+    transitions: Vec<DMatrix<f64>>,
+    log_evidence: f64,
+}
+
+/// Smooth `chain`, starting from a trajectory: at most `turns` steps, each shortened until it explains more than the last, until
+/// no state moves by more than `settled` of its own standard deviations.
+///
+/// # Errors
+/// [`Error::Size`] for a trajectory of another length, [`Error::Singular`], [`Error::RanAway`], what the chain gives.
+pub fn smooth(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Smoothed> {
+    let expected = chain.len();
+    if at.len() != expected || expected == 0 {
+        return Err(Error::Size { name: "trajectory", got: at.len(), unit: "states", expected: expected.max(1) });
+    }
+    let mut cost = cost_of(chain, &at)?;
+    let mut is_settled = false;
+    for _ in 0..turns {
+        let (states, _) = step(chain, &at)?;
+        let Some((shortened, lower)) = shorten(chain, &at, &states, cost) else {
+            // No step explains more: this is where it ends.
+            is_settled = true;
+            break;
+        };
+        let moved = states.iter().zip(at.iter().zip(&shortened)).map(|(state, (from, to))| in_sd(state, from, to));
+        is_settled = moved.fold(0.0, f64::max) <= settled;
+        (at, cost) = (shortened, lower);
+        if is_settled {
+            break;
+        }
+    }
+    let (mut states, log_evidence) = step(chain, &at)?;
+    // The trajectory that was found, with the spread about it.
+    states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
+    Ok(Smoothed { states, cost, log_evidence, is_settled })
+}
+
+/// One Gauss-Newton step, whole, and the log evidence under its linearisation.
+fn step(chain: &impl Chain, at: &[DVector<f64>]) -> Result<(Vec<Gaussian>, f64)> {
+    let forward = filter(chain, at)?;
+    let log_evidence = forward.log_evidence;
+    let states = backward(chain, forward)?;
+    if states.iter().any(|state| state.mean.iter().any(|x| !x.is_finite())) {
+        return Err(Error::RanAway { time_s: chain.time_s(0) });
+    }
+    Ok((states, log_evidence))
+}
+
+/// As much of a step as explains more than the trajectory that it starts from; none where nothing of it does.
+fn shorten(chain: &impl Chain, at: &[DVector<f64>], to: &[Gaussian], cost: f64) -> Option<(Vec<DVector<f64>>, f64)> {
+    (0..HALVINGS).find_map(|halvings| {
+        let share = 0.5f64.powi(halvings);
+        let shortened: Vec<DVector<f64>> = at.iter().zip(to).map(|(from, to)| from.lerp(&to.mean, share)).collect();
+        let lower = cost_of(chain, &shortened).ok()?;
+        (lower < cost).then_some((shortened, lower))
+    })
+}
+
+/// Minus twice the log posterior of a trajectory, but for a constant.
+fn cost_of(chain: &impl Chain, at: &[DVector<f64>]) -> Result<f64> {
+    let mut cost = 0.0;
+    for (step, state) in at.iter().enumerate() {
+        cost += match (chain.start(step), step.checked_sub(1)) {
+            (None, Some(before)) => chain.surprise(step, &at[before], state),
+            (Some(start), _) => surprise(&(state - &start.mean), &start.covariance),
+            (None, None) => 0.0,
+        };
+        for (residual, _, noise) in chain.measure(step, state)? {
+            let factor = noise.cholesky().ok_or(Error::Singular { time_s: chain.time_s(step) })?;
+            let log_determinant: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            cost += residual.dot(&factor.solve(&residual)) + log_determinant;
+        }
+    }
+    Ok(cost)
+}
+
+/// Squared length of a deviation in standard deviations; what has no spread at all does not count.
+pub fn surprise(off: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
+    let known: Vec<usize> = (0..off.len()).filter(|d| covariance[(*d, *d)] > 0.0).collect();
+    let scale = DVector::from_iterator(known.len(), known.iter().map(|d| covariance[(*d, *d)].sqrt()));
+    let scaled = DMatrix::from_fn(known.len(), known.len(), |r, c| {
+        covariance[(known[r], known[c])] / (scale[r] * scale[c]) + if r == c { LEAST } else { 0.0 }
+    });
+    let off = DVector::from_fn(known.len(), |r, _| off[known[r]] / scale[r]);
+    scaled.cholesky().map_or(f64::INFINITY, |factor| off.dot(&factor.solve(&off)))
+}
+
+/// How far a state has moved, in its standard deviations.
+fn in_sd(state: &Gaussian, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+    let sd = |d: usize| state.covariance[(d, d)].max(f64::MIN_POSITIVE).sqrt();
+    (0..from.len()).map(|d| (to[d] - from[d]).abs() / sd(d)).fold(0.0, f64::max)
+}
+
+fn filter(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Forward> {
+    let count = chain.len();
+    let mut forward = Forward {
+        filtered: Vec::with_capacity(count),
+        predicted: Vec::with_capacity(count),
+        transitions: Vec::with_capacity(count),
+        log_evidence: 0.0,
+    };
+    for (step, at) in at.iter().enumerate() {
+        let (mut state, transition) = match (chain.start(step), forward.filtered.last()) {
+            (Some(start), _) => (start, DMatrix::zeros(0, 0)),
+            (None, Some(before)) => {
+                let mut state = before.clone();
+                let transition = chain.predict(step, &mut state);
+                (state, transition)
+            }
+            (None, None) => {
+                return Err(Error::Size { name: "start of a chain", got: 0, unit: "Gaussians", expected: 1 });
+            }
+        };
+        forward.predicted.push(state.clone());
+        forward.transitions.push(transition);
+        for (residual, slope, noise) in chain.measure(step, at)? {
+            // What the residual would be at the state as it stands.
+            let here = residual - &slope * (&state.mean - at);
+            forward.log_evidence += state.correct(chain.time_s(step), &here, &slope, &noise)?;
+        }
+        forward.filtered.push(state);
+    }
+    Ok(forward)
+}
+
+/// Rauch, Tung & Striebel, "Maximum likelihood estimates of linear dynamic systems", AIAA Journal 3(8), 1965.
+fn backward(chain: &impl Chain, forward: Forward) -> Result<Vec<Gaussian>> {
+    let Forward { mut filtered, predicted, transitions, .. } = forward;
+    for step in (1..filtered.len()).rev() {
+        if chain.start(step).is_some() {
+            continue;
+        }
+        let ahead = &predicted[step];
+        let factor = ahead.covariance.clone().cholesky().ok_or(Error::Singular { time_s: chain.time_s(step) })?;
+        let (before, after) = filtered.split_at_mut(step);
+        let (state, smoothed) = (&mut before[step - 1], &after[0]);
+        let gain = factor.solve(&(&transitions[step] * &state.covariance)).transpose();
+        state.mean += &gain * (&smoothed.mean - &ahead.mean);
+        state.covariance += &gain * (&smoothed.covariance - &ahead.covariance) * gain.transpose();
+        // What rounding leaves over the diagonal would grow.
+        state.covariance = 0.5 * (&state.covariance + state.covariance.transpose());
+    }
+    Ok(filtered)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A place and a speed, walking; the place is measured, by a distance from the origin or as it is.
+    struct Walk {
+        start: Gaussian,
+        measured: Vec<Option<f64>>,
+        is_distance: bool,
+        anew: Option<usize>,
+    }
+
+    const DT: f64 = 0.1;
+    const NOISE: f64 = 0.04;
+
+    fn transition() -> DMatrix<f64> {
+        DMatrix::from_row_slice(2, 2, &[1.0, DT, 0.0, 1.0])
+    }
+
+    fn process() -> DMatrix<f64> {
+        DMatrix::from_row_slice(2, 2, &[DT * DT * DT / 3.0, DT * DT / 2.0, DT * DT / 2.0, DT])
+    }
+
+    impl Chain for Walk {
+        fn len(&self) -> usize {
+            self.measured.len()
+        }
+
+        fn time_s(&self, step: usize) -> f64 {
+            DT * step as f64
+        }
+
+        fn start(&self, step: usize) -> Option<Gaussian> {
+            (step == 0 || Some(step) == self.anew).then(|| self.start.clone())
+        }
+
+        fn predict(&self, _: usize, state: &mut Gaussian) -> DMatrix<f64> {
+            state.predict(&transition(), &DVector::zeros(2), &process());
+            transition()
+        }
+
+        fn surprise(&self, _: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+            surprise(&(to - transition() * from), &process())
+        }
+
+        fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
+            let Some(measured) = self.measured[step] else { return Ok(Vec::new()) };
+            let (seen, slope) = if self.is_distance { (at[0].abs(), at[0].signum()) } else { (at[0], 1.0) };
+            let one = |value| DMatrix::from_element(1, 1, value);
+            let slope = DMatrix::from_row_slice(1, 2, &[slope, 0.0]);
+            Ok(vec![(DVector::from_element(1, measured - seen), slope, one(NOISE))])
+        }
+    }
+
+    fn walk(is_distance: bool, anew: Option<usize>) -> Walk {
+        let start = Gaussian {
+            mean: DVector::from_column_slice(&[1.0, 0.2]),
+            covariance: DMatrix::from_row_slice(2, 2, &[0.5, 0.1, 0.1, 0.3]),
+        };
+        let measured = (0..12).map(|k| (k % 4 != 3).then(|| 1.0 + 0.3 * (f64::from(k) * 0.7).sin())).collect();
+        Walk { start, measured, is_distance, anew }
+    }
+
+    /// All states at once as one Gaussian, conditioned in one go.
+    #[test]
+    fn it_is_the_posterior_of_the_whole_linear_chain() {
+        let chain = walk(false, None);
+        let (n, dim) = (chain.len(), 2 * chain.len());
+        let (mut mean, mut joint) = (DVector::zeros(dim), DMatrix::zeros(dim, dim));
+        mean.rows_mut(0, 2).copy_from(&chain.start.mean);
+        joint.view_mut((0, 0), (2, 2)).copy_from(&chain.start.covariance);
+        for k in 1..n {
+            let before = mean.rows(2 * k - 2, 2).into_owned();
+            mean.rows_mut(2 * k, 2).copy_from(&(transition() * before));
+            let cross = transition() * joint.view((2 * k - 2, 0), (2, 2 * k)).into_owned();
+            joint.view_mut((2 * k, 0), (2, 2 * k)).copy_from(&cross);
+            joint.view_mut((0, 2 * k), (2 * k, 2)).copy_from(&cross.transpose());
+            let own = transition() * joint.view((2 * k - 2, 2 * k - 2), (2, 2)) * transition().transpose() + process();
+            joint.view_mut((2 * k, 2 * k), (2, 2)).copy_from(&own);
+        }
+        let mut whole = Gaussian { mean, covariance: joint };
+        let mut evidence = 0.0;
+        for (k, measured) in chain.measured.iter().enumerate() {
+            let Some(measured) = measured else { continue };
+            let slope = DMatrix::from_fn(1, dim, |_, c| f64::from(u8::from(c == 2 * k)));
+            let residual = DVector::from_element(1, measured - whole.mean[2 * k]);
+            evidence += whole.correct(0.0, &residual, &slope, &DMatrix::from_element(1, 1, NOISE)).unwrap();
+        }
+        let found = smooth(&chain, vec![DVector::zeros(2); n], 5, 1e-9).unwrap();
+        assert!(found.is_settled && (found.log_evidence - evidence).abs() < 1e-10);
+        for (k, state) in found.states.iter().enumerate() {
+            assert!((&state.mean - whole.mean.rows(2 * k, 2)).amax() < 1e-11, "step {k}");
+            assert!((&state.covariance - whole.covariance.view((2 * k, 2 * k), (2, 2))).amax() < 1e-12, "step {k}");
+        }
+    }
+
+    /// From either side of the origin it settles on its own branch, and both explain the distances as well.
+    #[test]
+    fn a_bent_measurement_settles_where_it_started() {
+        let mut chain = walk(true, None);
+        chain.start.mean.fill(0.0);
+        let side = |sign: f64| smooth(&chain, vec![DVector::from_element(2, sign); chain.len()], 30, 1e-9).unwrap();
+        let (left, right) = (side(-1.0), side(1.0));
+        assert!(left.is_settled && right.is_settled);
+        assert!(left.states.iter().all(|s| s.mean[0] < -0.5) && right.states.iter().all(|s| s.mean[0] > 0.5));
+        assert!((left.log_evidence - right.log_evidence).abs() < 1e-9);
+    }
+
+    /// What comes after a fresh start says nothing of what was before it.
+    #[test]
+    fn a_fresh_start_cuts_the_chain() {
+        let (whole, cut) = (walk(false, None), walk(false, Some(5)));
+        let smoothed = |chain: &Walk| smooth(chain, vec![DVector::zeros(2); chain.len()], 3, 1e-9).unwrap().states;
+        let short = Walk { measured: whole.measured[..5].to_vec(), ..walk(false, None) };
+        assert_eq!(smoothed(&cut)[..5], smoothed(&short)[..]);
+        assert!((&smoothed(&whole)[4].mean - &smoothed(&cut)[4].mean).amax() > 1e-3);
+        assert!(smooth(&whole, Vec::new(), 3, 0.1).is_err());
+    }
+}

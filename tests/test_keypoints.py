@@ -1,0 +1,214 @@
+"""Keypoints of a detector: which files load, what is refused, what a confidence is worth."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+import pytracker as pt
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.keypoints import in_pixels, with_spreads
+from pytracker.formats.keypoint_models import MODELS, name_of
+from pytracker.formats.keypoints import Keypoints, read_keypoints
+from pytracker.formats.video import VideoInfo
+from pytracker.rotation import Array
+
+INFO = VideoInfo(width=640, height=480, frame_count=3, rate_hz=30.0)
+
+
+def place(joint: str) -> tuple[float, float]:
+    """Where a joint is put in these files, px."""
+    if joint in KEYPOINTS:
+        k = KEYPOINTS.index(joint)
+        return 100.0 + 10.0 * k, 200.0 - 5.0 * k
+    if joint == "neck":
+        left, right = place("left_shoulder"), place("right_shoulder")
+        return 0.5 * (left[0] + right[0]), 0.5 * (left[1] + right[1])
+    if joint in ("left_ear", "right_ear"):
+        return (95.0, 200.0) if joint == "left_ear" else (105.0, 200.0)
+    return 300.0 + 3.0 * (len(joint) % 7), 320.0
+
+
+def person(model: str, confidence: float = 0.9) -> list[float]:
+    return [value for joint in MODELS[model] for value in (*place(joint), confidence)]
+
+
+def openpose(folder: Path, people: list[list[float]], frames: int = 3, first: int = 0) -> Path:
+    folder.mkdir()
+    for k in range(first, first + frames):
+        data = {"version": 1.3, "people": [{"pose_keypoints_2d": one} for one in people]}
+        (folder / f"clip_{k:012d}_keypoints.json").write_text(json.dumps(data), "utf-8")
+    return folder
+
+
+def is_right(keypoints: Keypoints, frames: int = 3) -> None:
+    """Every joint is where it was put."""
+    assert keypoints.points.shape[0] == frames
+    for k, joint in enumerate(KEYPOINTS):
+        assert np.allclose(keypoints.points[:, 0, k, :2], place(joint)), joint
+
+
+@pytest.mark.parametrize("model", list(MODELS))
+def test_every_order_of_joints_is_told_by_its_length_and_where_the_neck_is(tmp_path: Path, model: str) -> None:
+    folder = openpose(tmp_path / "kp", [person(model)])
+    is_right(read_keypoints(folder))
+    is_right(read_keypoints(folder, model))
+    assert set(KEYPOINTS) <= {*MODELS[model], "head"}
+
+
+def test_a_list_of_coco_results_and_mmpose_are_read(tmp_path: Path) -> None:
+    flat = person("coco_17")
+    coco = [{"image_id": f"{k}.jpg", "keypoints": flat, "score": 1.0} for k in range(3)]
+    (tmp_path / "coco.json").write_text(json.dumps(coco), "utf-8")
+    is_right(read_keypoints(tmp_path / "coco.json"))
+    instance = {"keypoints": [flat[k : k + 2] for k in range(0, 51, 3)], "keypoint_scores": flat[2::3]}
+    frames = [{"frame_id": k, "instances": [instance, instance]} for k in (1, 2, 3)]
+    (tmp_path / "mmpose.json").write_text(json.dumps({"meta_info": {}, "instance_info": frames}), "utf-8")
+    found = read_keypoints(tmp_path / "mmpose.json")
+    is_right(found)
+    assert found.points.shape[1] == 2
+    # Counted from one in a video of three frames.
+    assert in_pixels(tmp_path, found, tmp_path / "v.mp4", INFO).frames.tolist() == [0, 1, 2]
+
+
+def test_tables_are_read_by_the_names_of_their_columns(tmp_path: Path) -> None:
+    joints = [*KEYPOINTS, "left_knee"]
+    plain = ",".join(f"{joint}_{axis}" for joint in joints for axis in ("x", "y", "confidence"))
+    row = ",".join(f"{place(joint)[0]},{place(joint)[1]},0.8" for joint in joints)
+    (tmp_path / "plain.csv").write_text("\n".join(["frame," + plain, *(f"{k},{row}" for k in range(3))]), "utf-8")
+    is_right(read_keypoints(tmp_path / "plain.csv"))
+    heads = [["scorer", *["net"] * 30], ["bodyparts", *[j for j in joints for _ in "xyl"]]]
+    heads.append(["coords", *["x", "y", "likelihood"] * 10])
+    (tmp_path / "dlc.csv").write_text(
+        "\n".join([*(",".join(head) for head in heads), *(f"img{k}.png,{row}" for k in range(3))]), "utf-8"
+    )
+    is_right(read_keypoints(tmp_path / "dlc.csv"))
+    media = ",".join(f"{axis}_{joint.upper()}" for joint in joints[1:] for axis in ("X", "Y", "Z", "visibility"))
+    shares = [((x + 0.5) / 640, (y + 0.5) / 480) for x, y in map(place, joints[1:])]
+    row = ",".join(f"{u},{v},0.1,0.99" for u, v in shares)
+    (tmp_path / "media.csv").write_text("\n".join(["time," + media, *(f"{k},{row}" for k in range(3))]), "utf-8")
+    found = in_pixels(tmp_path, read_keypoints(tmp_path / "media.csv"), tmp_path / "v.mp4", INFO)
+    assert np.allclose(found.points[:, 0, 1, :2], place("left_shoulder"))
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [("LShoulder", "left_shoulder"), ("R.Wrist", "right_wrist"), ("shoulder_left", "left_shoulder"), ("Nose", "nose"),
+     ("LEFT_EAR", "left_ear"), ("elbow", "other_elbow"), ("LEye", "left_eye"), ("CHip", "other_chip")],
+)  # fmt: skip
+def test_a_name_is_known_however_it_is_written(words: str, expected: str) -> None:
+    assert name_of(words) in (expected, expected.removeprefix("other_"))
+    assert (name_of(words) in KEYPOINTS) == (expected in KEYPOINTS)
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, "utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("make", "expected"),
+    [
+        (lambda p: p / "none", "no such file or folder, expected keypoints"),
+        (lambda p: p, "holds no .json file, expected one a frame"),
+        (lambda p: write(p / "a.h5", "x"), "keypoints as .h5 are not read"),
+        (lambda p: write(p / "a.json", "{"), "a.json: is not JSON"),
+        (lambda p: write(p / "a.json", "[" * 100000), "a.json: is not JSON"),
+        (lambda p: write(p / "a.json", "3"), "is neither MMPose's nor COCO's"),
+        (lambda p: write(p / "a.json", "[{}]"), "an entry has no image_id"),
+        (lambda p: write(p / "a.json", '[{"image_id": 1.5, "keypoints": []}]'), "a frame is '1.5', expected a frame"),
+        (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2]}]'), "expected x, y and confidence"),
+        (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 1e999]}]'), "an infinite number"),
+        (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 3]}]'), "have 1 keypoints, expected 17"),
+        (lambda p: write(p / "a.json", '{"instance_info": [{"instances": [{}]}]}'), "a frame has no instances"),
+        (lambda p: openpose(p / "kp", []), "nobody is seen in any of 3 frames"),
+        (lambda p: openpose(p / "kp", [person("coco_17"), person("body_25")]), r"people have \[17, 25\] keypoints"),
+        (lambda p: write(p / "a.csv", "a,b\n1,2"), "a.csv:1: header names no joint"),
+        (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\n1"), "a.csv:2: row has 1 cells, expected 2"),
+        (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\n1,b"), "a.csv:2: a keypoint is 'b'"),
+        (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\n,"), "has a header but no rows"),
+        (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\nnan,1"), "no joint is seen in any of 1 rows"),
+        (lambda p: write(p / "a.csv", "scorer,a\nbodyparts,b"), "has no rows of bodyparts and coords"),
+    ],
+)  # fmt: skip
+def test_what_is_no_keypoints_is_refused_by_name(tmp_path: Path, make: Callable[[Path], Path], expected: str) -> None:
+    with pytest.raises(pt.InputError, match=expected):
+        read_keypoints(make(tmp_path))
+
+
+@given(st.recursive(st.none() | st.floats() | st.text(max_size=5), lambda inner: st.lists(inner, max_size=3)))
+def test_no_json_ends_in_another_error(tmp_path_factory: pytest.TempPathFactory, value: Any) -> None:
+    path = tmp_path_factory.mktemp("json") / "a.json"
+    for data in (value, {"instance_info": value}, {"annotations": value}, [{"image_id": value, "keypoints": value}]):
+        path.write_text(json.dumps(data), "utf-8")
+        with pytest.raises(pt.InputError):
+            read_keypoints(path)
+
+
+def test_keypoints_of_another_video_are_refused(tmp_path: Path) -> None:
+    keypoints = read_keypoints(openpose(tmp_path / "kp", [person("coco_17")], frames=5))
+    with pytest.raises(pt.InputError, match=r"has frame 4, expected below the 3 frames of .*v.mp4"):
+        in_pixels(tmp_path, keypoints, tmp_path / "v.mp4", INFO)
+    small = VideoInfo(width=120, height=90, frame_count=5, rate_hz=30.0)
+    with pytest.raises(pt.InputError, match=r"100% of the keypoints lie outside the 120 x 90 px"):
+        in_pixels(tmp_path, keypoints, tmp_path / "v.mp4", small)
+
+
+def jittered(sd_px: Array, rng: np.random.Generator) -> Keypoints:
+    """A person who moves slowly, seen with so much noise at the confidences 0.95, 0.8 and 0.2."""
+    count = 600
+    slow = 3.0 * np.sin(0.02 * np.arange(count))[:, None, None, None] + rng.uniform(50, 400, (1, 1, 9, 2))
+    which = rng.integers(0, 3, (count, 1, 9))
+    uv = slow + sd_px[which][..., None] * rng.standard_normal((count, 1, 9, 2))
+    confidence = np.array([0.95, 0.8, 0.2])[which]
+    return Keypoints(np.arange(count), np.concatenate([uv, confidence[..., None]], axis=-1))
+
+
+def test_a_confidence_is_worth_what_the_points_jump() -> None:
+    sd_px = np.array([2.0, 4.0, 9.0])
+    keypoints = jittered(sd_px, np.random.default_rng(1))
+    found = with_spreads(keypoints)[..., 2]
+    # Neighbours in time are of any confidence: what is sure looks worse than it is, and the order is right.
+    of_each = [float(np.median(found[np.isclose(keypoints.points[..., 2], c)])) for c in (0.95, 0.8, 0.2)]
+    assert of_each == sorted(of_each)
+    assert 1.5 < of_each[0] < 6.0
+    assert 5.0 < of_each[2] < 12.0
+
+
+def test_faith_in_a_confidence_is_not_asked_for() -> None:
+    """A detector that is sure of everything and wrong by 5 px is taken to be wrong by 5 px."""
+    keypoints = jittered(np.array([5.0, 5.0, 5.0]), np.random.default_rng(2))
+    sure = Keypoints(keypoints.frames, np.concatenate([keypoints.points[..., :2], np.ones((600, 1, 9, 1))], axis=-1))
+    assert np.allclose(with_spreads(sure)[..., 2], 5.0, rtol=0.15)
+
+
+@given(
+    hnp.arrays(np.float64, (6, 2, 9, 3), elements=st.floats(-1e4, 1e4) | st.just(float("nan"))),
+    st.lists(st.integers(0, 50), min_size=6, max_size=6, unique=True),
+)
+def test_spreads_are_positive_and_only_of_what_was_seen(points: Array, frames: list[int]) -> None:
+    points[np.isnan(points).any(axis=-1)] = np.nan
+    found = with_spreads(Keypoints(np.sort(np.array(frames)), points))
+    seen = np.isfinite(points[..., 0])
+    assert (found[seen][:, 2] > 0).all()
+    assert np.isnan(found[~seen]).all()
+
+
+def test_what_people_wrote_loads(shared: Callable[[str], Path]) -> None:
+    """OpenPose's BODY_25B of four cameras: its neck is told from BODY_25's; MediaPipe's table of a clip."""
+    trial = shared("data/people/pose2sim_truth/S00_P00_SingleParticipant/S00_P00_T01_BalancingTrial/pose")
+    for camera in sorted(trial.iterdir()):
+        found = read_keypoints(camera)
+        assert len(found.frames) == 100
+        shoulders, hips = found.points[:, 0, 1:3, 1].mean(axis=1), found.points[:, 0, 7:9, 1].mean(axis=1)
+        assert np.nanmedian(hips - shoulders) > 50  # px, downwards
+    clips = shared("data/people/gestures")
+    assert len(read_keypoints(next(clips.glob("0_1_20*mediapipe*"))).frames) == 232
