@@ -196,8 +196,12 @@ def _distance(track: Scored, truth: Truth, joint: str) -> Array:
 
 
 def average_error(track: Scored, truth: Truth) -> Array:
-    """Mean 3-D error over all joints in every frame `(T,)`, m (Li & Kulić: Average Error); NaN where one is missing."""
-    return np.asarray(np.mean([_distance(track, truth, joint) for joint in track.joints], axis=0))
+    """Mean 3-D error over all joints with truth in every frame `(T,)`, m (Li & Kulić: Average Error).
+
+    NaN where one is missing.
+    """
+    joints = [joint for joint in track.joints if joint in truth.joints_m]
+    return np.asarray(np.mean([_distance(track, truth, joint) for joint in joints], axis=0))
 
 
 @dataclass(frozen=True)
@@ -222,7 +226,7 @@ def error_by_speed(
 ) -> list[SpeedBin]:
     """Error against the true speed of the joints (Li & Kulić, Fig. 6: faster motion, larger error)."""
     speeds, errors = [], []
-    for joint in track.joints:
+    for joint in (joint for joint in track.joints if joint in truth.joints_m):
         velocity = np.gradient(truth.at(joint, track.time_s), track.time_s, axis=0)
         speeds.append(np.linalg.norm(velocity, axis=1))
         errors.append(_distance(track, truth, joint))

@@ -24,12 +24,12 @@ def read_trc(path: Path | str) -> Markers:
     """Read it. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
     lines = read_lines(path)
-    if len(lines) < 6 or not lines[0].startswith("PathFileType"):
+    if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise InputError(
             f"{path}:1: starts with {lines[0][:40]!r}, expected PathFileType and five header lines of a TRC"
         )
-    header = dict(zip(lines[1].split("\t"), lines[2].split("\t"), strict=False))
-    unit = header.get("Units", "").strip()
+    header = dict(zip(lines[1].split(), lines[2].split(), strict=False))
+    unit = header.get("Units", "")
     if unit not in UNITS_M:
         raise InputError(f"{path}:3: Units is {unit!r}, expected one of: {', '.join(UNITS_M)}")
     rate_hz = number(header.get("DataRate", ""), path, 3, "DataRate")

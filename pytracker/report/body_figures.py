@@ -63,7 +63,7 @@ def wrists(track: BodyTrack, label: str) -> str:
         panels = figure.subplots(3, 2, sharex=True)
         for column, joint in enumerate(("left_wrist", "right_wrist")):
             found = track.joints[joint]
-            at = None if truth is None else truth.at(joint, track.time_s)
+            at = truth.at(joint, track.time_s) if truth is not None and joint in truth.joints_m else None
             for d, name in enumerate(("x", "y", "z, depth")):
                 axes = panels[d, column]
                 axes.fill_between(track.time_s, 100 * found.lo[:, d], 100 * found.hi[:, d], color=COLOURS[0], alpha=0.2,

@@ -1,0 +1,161 @@
+"""Truth as points: TRC, C3D and CSV, of an arm or a body, with a map of names; and the pose that is held beside it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_cli import run
+
+import pytracker as pt
+from pytracker.evaluate import held
+from pytracker.formats.c3d import read_c3d
+from pytracker.formats.trc import read_trc
+
+
+def test_real_trc_files_load(shared: Callable[[str], Path]) -> None:
+    walk = read_trc(shared("data/markers/opensim_markers_walk.trc"))
+    assert len(walk.time_s) == 238
+    upper = np.linalg.norm(walk.positions_m["R.Shoulder"] - walk.positions_m["R.Elbow"], axis=1)
+    assert np.nanmean(upper) == pytest.approx(0.368, abs=0.01)
+    people = read_trc(next(shared("data/people/gestures").glob("0_1_20*.trc")))
+    assert len(people.time_s) == 232
+    assert len(people.positions_m) == 27
+
+
+def test_a_real_c3d_file_loads(shared: Callable[[str], Path]) -> None:
+    found = read_c3d(shared("data/markers/pyomeca_markers_analogs.c3d"))
+    assert found.rate_hz == pytest.approx(100)
+    elbow = 0.5 * (found.positions_m["EPICl"] + found.positions_m["EPICm"])
+    wrist = 0.5 * (found.positions_m["STYLr"] + found.positions_m["STYLu"])
+    lengths = np.linalg.norm(elbow - wrist, axis=1)
+    assert np.nanmean(lengths) == pytest.approx(0.261, abs=0.01)
+    assert 0 < sum(found.gaps[name] for name in ("ACRO_tip", "EPICl", "EPICm", "STYLr", "STYLu")) < 200
+
+
+HEAD = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t2\t2\tmm\n"
+NAMES = "Frame#\tTime\tA\t\t\tB\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
+
+
+def test_a_trc_says_gaps_and_units(tmp_path: Path) -> None:
+    path = tmp_path / "a.trc"
+    path.write_text(HEAD + NAMES + "1\t0.0\t1000\t0\t0\t\t\t\n2\t0.01\t2000\t0\t0\t1\t2\t3\n", "utf-8")
+    found = read_trc(path)
+    assert found.positions_m["A"][:, 0].tolist() == [1.0, 2.0]
+    assert found.gaps == {"A": 0, "B": 1}
+    assert found.rate_hz == 100
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x\n" * 7, "a.trc:1: starts with 'x', expected PathFileType"),
+        (HEAD.replace("mm", "ft") + NAMES + "1\t0\t1\t2\t3\t4\t5\t6\n", "a.trc:3: Units is 'ft'"),
+        (HEAD + NAMES.replace("\tB", "\tA") + "1\t0\t1\t2\t3\t4\t5\t6\n", "a.trc:4: names are A, A"),
+        (HEAD + NAMES, "has a header but no rows"),
+        (HEAD + NAMES + "1\t0\t1\t2\t3\t4\t5\t6\t7\n", "a.trc:7: row has 9 cells, expected 8"),
+        (HEAD + NAMES + "1\t0\tb\t2\t3\t4\t5\t6\n", "a.trc:7: a coordinate is 'b'"),
+        (HEAD + NAMES + "1\t1\t1\t2\t3\t4\t5\t6\n2\t1\t1\t2\t3\t4\t5\t6\n", "a.trc:8: Time is 1.0"),
+    ],
+)
+def test_what_is_no_trc_is_refused_by_line(tmp_path: Path, text: str, expected: str) -> None:
+    path = tmp_path / "a.trc"
+    path.write_text(text, "utf-8")
+    with pytest.raises(pt.InputError, match=expected):
+        read_trc(path)
+
+
+def test_what_is_no_c3d_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.c3d").write_bytes(b"\x02\x50" + bytes(600))
+    with pytest.raises(pt.InputError, match=r"a.c3d: (is not a C3D|has units)"):
+        read_c3d(tmp_path / "a.c3d")
+    with pytest.raises(pt.InputError, match="no such file"):
+        read_c3d(tmp_path / "none.c3d")
+
+
+def of_points(simulated_body: Path, to: Path, truth: str, *, z_up: bool = False) -> Path:
+    """The body's folder with its truth as a TRC of hips and the other joints, and its first pose as a file."""
+    recording = pt.load(simulated_body)
+    assert isinstance(recording, pt.BodyRecording)
+    assert recording.truth is not None
+    shutil.copytree(simulated_body, to)
+    joints = dict(recording.truth.joints_m)
+    aside = np.array([0.1, 0.0, 0.0])
+    markers = {"HipL": joints["root"] + aside, "HipR": joints["root"] - aside}
+    markers |= {f"m {name}": rows for name, rows in joints.items() if name != "root"}
+    if z_up:
+        markers = {name: rows[:, [0, 2, 1]] * [1, -1, 1] for name, rows in markers.items()}
+    names = "Frame#\tTime\t" + "".join(f"{name}\t\t\t" for name in markers)
+    table = np.column_stack([recording.truth.time_s, *markers.values()])
+    rows = ["\t".join([str(k), *(f"{x:.6f}" for x in row)]) for k, row in enumerate(table)]
+    (to / "truth.trc").write_text(HEAD.replace("mm", "m") + "\n".join([names, "", "", *rows]) + "\n", "utf-8")
+    pose = zip(recording.skeleton.channels, recording.initial, strict=True)
+    lines = [f"{name} = {value if name[-2] == 't' else np.degrees(value):.6f}" for name, value in pose]
+    (to / "initial.toml").write_text("\n".join(lines), "utf-8")
+    text = (to / "recording.toml").read_text("utf-8").split("[truth]")[0]
+    (to / "recording.toml").write_text(f'{text}[initial]\nangles = "initial.toml"\n\n[truth]\n{truth}\n', "utf-8")
+    return to
+
+
+MAP = 'file = "truth.trc"\nmarkers = {{ root = ["HipL", "HipR"], left_wrist = "m left_wrist" {more} }}{after}'
+
+
+@pytest.mark.parametrize("z_up", [False, True])
+def test_a_body_is_scored_against_points(simulated_body: Path, tmp_path: Path, z_up: bool) -> None:
+    truth = MAP.format(more=', right_wrist = "m right_wrist"', after='\nup = "z"' if z_up else "")
+    folder = of_points(simulated_body, tmp_path / "points", truth, z_up=z_up)
+    result = run("track", folder, "--out", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "first pose held" in result.stdout
+    recording, angles = pt.load(folder), pt.load(simulated_body)
+    assert recording.truth is not None
+    assert angles.truth is not None
+    for joint, rows in recording.truth.joints_m.items():
+        assert np.allclose(rows, angles.truth.joints_m[joint], atol=2e-6)
+    page = (tmp_path / "out" / "index.html").read_text("utf-8")
+    assert "first pose held" in page
+    assert "left elbow</th>" not in page  # no truth of it
+    assert "first pose held" in (tmp_path / "out" / "scores.json").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("truth", "expected"),
+    [
+        ('file = "truth.trc"', "truth.markers is missing, and .* has HipL, HipR"),
+        ('file = "truth.trc"\nmarkers = { toe = "HipL" }', "truth.markers.toe is no joint here"),
+        ('file = "truth.trc"\nmarkers = { root = "Hip" }', "truth.markers.root is 'Hip', expected a marker of"),
+        ('file = "truth.xlsx"', "truth.file is 'truth.xlsx', expected one of: .tsv, .csv, .trc, .c3d"),
+        (MAP.format(more="", after="\nrate_hz = 100.0"), "truth.rate_hz goes with an .amc motion"),
+        ('file = "motion.amc"', "truth.rate_hz is missing"),
+        ('file = "motion.amc"\nrate_hz = 120.0\nup = "z"', "truth.up goes with a file of markers"),
+    ],
+)
+def test_a_truth_that_is_not_understood_is_refused(
+    simulated_body: Path, tmp_path: Path, truth: str, expected: str
+) -> None:
+    folder = of_points(simulated_body, tmp_path / "points", truth)
+    with pytest.raises(pt.InputError, match=expected):
+        pt.load(folder)
+
+
+def test_points_without_a_first_pose_are_not_enough(simulated_body: Path, tmp_path: Path) -> None:
+    folder = of_points(simulated_body, tmp_path / "points", MAP.format(more="", after=""))
+    text = (folder / "recording.toml").read_text("utf-8").replace('[initial]\nangles = "initial.toml"\n', "")
+    (folder / "recording.toml").write_text(text, "utf-8")
+    with pytest.raises(pt.InputError, match=r"no \[truth\] with angles \(.amc\)"):
+        pt.load(folder)
+
+
+def test_the_held_pose_is_the_first_estimate(body: pt.BodyRecording) -> None:
+    track = pt.track(body, pt.Partitioned(particles=50), 1)
+    still = held(track)
+    assert np.ptp(still.joints["left_wrist"].mean, axis=0).max() == 0
+    scores = pt.evaluate(still, body.truth)
+    assert scores.joints["left_wrist"].coverage == (0.0, 0.0, 0.0)
+    assert body.truth is not None
+    expected = np.linalg.norm(track.joints["left_wrist"].mean[0] - body.truth.at("left_wrist", track.time_s), axis=1)
+    assert scores.joints["left_wrist"].average_m == pytest.approx(float(np.nanmean(expected)))
+    assert scores.joints["left_wrist"].median_m == pytest.approx(float(np.nanmedian(expected)))
