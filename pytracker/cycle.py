@@ -113,6 +113,8 @@ def record_cycle(
     if isinstance(recording, ArmRecording) and isinstance(method, ParticleMethod):
         return _arm(recording, method, seed, frame, sightings or sight(recording, progress=progress))
     if isinstance(recording, BodyRecording) and isinstance(method, BodyMethod):
+        if sightings is not None:
+            raise InputError("sightings are given for a body, expected them for an arm only")
         return _body(recording, method, seed, frame, progress)
     raise InputError(f"{type(method).__name__} has no particles, expected a particle method")
 

@@ -11,15 +11,14 @@ import numpy as np
 
 from pytracker._core import KEY_JOINTS, InputError, check_camera
 from pytracker.average_skeleton import average_skeleton
-from pytracker.evidence.keypoints import in_pixels
-from pytracker.evidence.orientations import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.formats import video
 from pytracker.formats.amc import read_amc
 from pytracker.formats.asf import read_asf
-from pytracker.formats.keypoints import read_keypoints
 from pytracker.formats.points import read_points
 from pytracker.load_imu import load_imu
+from pytracker.load_keypoints import files_of, load_keypoints
 from pytracker.load_truth import load_points
+from pytracker.load_worn import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.projection import camera_of, fit_weak_perspective
 from pytracker.recording import BodyRecording, BodyView, Camera, Imu, ProjectionFit, Truth, WeakPerspective
 from pytracker.rotation import Array
@@ -57,7 +56,8 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
     names += [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
     names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
-    files = [folder / name for name in names if name is not None] + _files_of(folder, camera_entry.keypoints)
+    files = [folder / name for name in names if name is not None]
+    files += files_of(folder / camera_entry.keypoints) if camera_entry.keypoints else []
     return BodyRecording(
         view=view,
         skeleton=skeleton,
@@ -70,14 +70,6 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
         files=(path, *files, *skeleton_file),
         warnings=warnings,
     )
-
-
-def _files_of(folder: Path, keypoints: str | None) -> list[Path]:
-    """One file, or those of a folder."""
-    if keypoints is None:
-        return []
-    found = folder / keypoints
-    return sorted(found.glob("*.json")) if found.is_dir() else [found]
 
 
 def _skeleton(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton, tuple[Path, ...]]:
@@ -127,8 +119,7 @@ def _view(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
             )
     keypoints = None
     if entry.keypoints is not None:
-        found = folder / entry.keypoints
-        keypoints = in_pixels(found, read_keypoints(found, entry.keypoint_model), file, info)
+        keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, info)
     return BodyView(
         camera=camera, video=file, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints
     )

@@ -16,8 +16,8 @@ __all__ = ["DEFAULTS", "METHODS_OF", "as_tuples", "make_method", "method_of_clas
 METHODS_OF: dict[str, Mapping[str, type[Method]]] = {"arm": METHODS, "body": BODY_METHODS}
 """By kind of recording, then by name."""
 
-DEFAULTS = {"arm": "mixture", "body": "partitioned"}
-"""The best method of each kind."""
+DEFAULTS = {"arm": "smooth", "body": "partitioned"}
+"""The best method of each kind, for a recording that is there as a whole."""
 
 
 def make_method(kind: str, name: str, values: Mapping[str, Any]) -> Method:

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pytracker import _core
 from pytracker._core import KEY_JOINTS, InputError
+from pytracker._core import Skeleton as CoreSkeleton
 from pytracker.rotation import Array, Matrix, Triple
 
 __all__ = ["KEY_BONES", "UPPER_BODY", "Bone", "Part", "Skeleton", "upper_body_parts"]
@@ -73,11 +73,11 @@ class Skeleton:
     bones: tuple[Bone, ...]
     unit_m: float = 0.0254 / 0.45
     in_degrees: bool = True
-    core: _core.Skeleton = field(init=False, repr=False, compare=False)
+    core: CoreSkeleton = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Let the compiled half check it."""
-        object.__setattr__(self, "core", _core.Skeleton(list(self.bones)))
+        object.__setattr__(self, "core", CoreSkeleton(list(self.bones)))
 
     @cached_property
     def channels(self) -> tuple[str, ...]:

@@ -71,6 +71,8 @@ def track(
     if isinstance(recording, ArmRecording) and isinstance(method, ArmMethod):
         return track_arm(recording, method, seed, sightings=sightings, progress=progress, threads=threads)
     if isinstance(recording, BodyRecording) and isinstance(method, BodyMethod):
+        if sightings is not None:
+            raise InputError("sightings are given for a body, expected them for an arm only")
         return track_body(recording, method, seed, progress=progress, threads=threads)
     raise InputError(
         f"{type(method).__name__} tracks a recording of kind {method.kind!r}, this one is {recording.kind!r}"

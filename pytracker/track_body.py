@@ -174,7 +174,6 @@ def _assemble(
     joints = rows(np.array([estimate.joints for estimate in estimates]))
     angles = rows(np.array([estimate.state for estimate in estimates]))
     blobs = rows(np.array([estimate.blobs for estimate in estimates]))
-    evidence = [np.nan if estimate.log_evidence is None else estimate.log_evidence for estimate in estimates]
     seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)))
     # A paper's filter sees blobs and nothing else of the skin.
     needs_blobs = getattr(method, "skin_loss", 0.0) == 0.0
@@ -192,7 +191,7 @@ def _assemble(
             for j, joint in enumerate(KEY_JOINTS)
         },
         ess=rows(np.array([estimate.ess for estimate in estimates])),
-        log_evidence=rows(np.array(evidence)),
+        log_evidence=np.full(frames_count, np.nan),
         valid=np.array([not words for words in reason]),
         reason=tuple(reason),
         poses=rows(tracker.poses(np.ascontiguousarray(angles[: len(estimates), 0]))),

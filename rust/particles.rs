@@ -20,7 +20,7 @@ mod summary;
 mod weighing;
 
 pub use block::{Block, BlockMut};
-pub use summary::{Interval, LOWER, Summary, UPPER};
+pub use summary::{Interval, LOWER, NORMAL_UPPER, Summary, UPPER};
 
 /// More particles than any laptop works through.
 const MOST: usize = 100_000_000;

@@ -258,7 +258,7 @@ def judged(folder: Path, sightings: pt.Sightings | None) -> tuple[str, float, fl
         if recording.warnings:
             return "told before", np.nan, np.nan, recording.warnings[0]
         seen = sightings if sightings is not None else pt.sight(recording)
-        track = pt.track(recording, pt.Mixture(), 1, sightings=seen)
+        track = pt.track(recording, pt.Smooth(), 1, sightings=seen)
     except pt.InputError as error:
         return "told before", np.nan, np.nan, str(error)
     except pt.TrackingError as error:
@@ -322,7 +322,7 @@ def said_of_right(seed: int) -> str:
     recording = simulation.recording()
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0 + seed % 3))
     try:
-        track = pt.track(recording, pt.Mixture(), seed, sightings=sightings)
+        track = pt.track(recording, pt.Smooth(), seed, sightings=sightings)
     except (pt.InputError, pt.TrackingError) as error:
         return f"seed {seed}: {error}"
     said = (*unbelieved(track), *pt.doubts(track))

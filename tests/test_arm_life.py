@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -152,16 +153,18 @@ def test_a_pause_online_and_offline_are_the_same_bits() -> None:
 
 def pooled(method: ArmMethod, scene: pt.ArmScene, seeds: range) -> tuple[float, np.ndarray]:
     """3-D RMS of the wrist over seeds, m, and coverage per axis."""
-    square, inside = [], []
-    for seed in seeds:
+
+    def of_seed(seed: int) -> tuple[float, tuple[float, float, float]]:
         recording, sightings = played(scene, seed)
         try:
             track: pt.Track = pt.track(recording, method, 0, sightings=sightings)
         except pt.TrackingError as error:
             track = error.track
         scores = pt.evaluate(track, recording.truth).joints["wrist"]
-        square.append(scores.rms_m**2)
-        inside.append(scores.coverage)
+        return scores.rms_m**2, scores.coverage
+
+    with ThreadPoolExecutor(2) as pool:
+        square, inside = zip(*pool.map(of_seed, seeds), strict=True)
     return float(np.sqrt(np.mean(square))), np.mean(inside, axis=0)
 
 

@@ -12,7 +12,8 @@ import pytest
 from test_people import KEPT_BACK, WRISTS, errors
 
 import pytracker as pt
-from pytracker.evidence.orientations import Worn, aligned, segment_frame, to_y_up
+from pytracker.evidence.orientations import Worn
+from pytracker.load_worn import aligned, segment_frame, to_y_up
 from pytracker.rotation import (
     Array,
     axes_to_quaternion,

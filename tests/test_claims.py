@@ -111,7 +111,7 @@ def test_arm_circle_patch(arm_circle: tuple[pt.ArmRecording, pt.Sightings]) -> N
 @pytest.mark.parametrize(
     ("method", "limit", "coverage"),
     [
-        (pt.Layered(particles=500), 0.10, 0.0),
+        (pt.Layered(particles=500), 0.10, 0.40),
         (pt.Joint(), 0.05, 0.80),
     ],
     ids=["layered", "joint"],

@@ -74,9 +74,9 @@ def test_track_evaluate_and_frame(simulated: Path, tmp_path: Path) -> None:
     ("arguments", "expected"),
     [
         (["--method", "layred"], "--method is 'layred', expected one of: inertial, ekf, plain, layered"),
-        (["--set", "biass=true"], "--set biass: Mixture has no such parameter, did you mean 'bias'?"),
+        (["--set", "biass=true"], "--set biass: Smooth has no such parameter, did you mean 'bias'?"),
         (["--set", "bias"], "--set 'bias', expected KEY=VALUE"),
-        (["--set", "bias=yes"], "Mixture.bias is 'yes', expected true or false"),
+        (["--set", "bias=yes"], "Smooth.bias is 'yes', expected true or false"),
         (["--method", "joint", "--set", "particles=1.5"], "Joint.particles is 1.5, expected a whole number, 0 or more"),
         (["--method", "joint", "--set", "layers=colour"], "Joint.layers is 'colour', expected layers such as"),
         (["--method", "joint", "--particles", "4000000000"], "particles is 4000000000, expected 1 to 100000000"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import graphlib
 import re
 import sys
 from pathlib import Path
@@ -46,11 +47,47 @@ def test_libraries_stay_in_their_rooms() -> None:
     assert all("python" in path.parts or path.name == "python.rs" for path in rust)
 
 
+def module_of(path: Path) -> str:
+    """`pytracker.report.page`, `pytracker.report` for its `__init__`."""
+    parts = list(path.relative_to(ROOT).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def is_file(module: str) -> bool:
+    """Whether there is such a file of ours."""
+    path = ROOT.joinpath(*module.split("."))
+    return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
+
+
+def needed_at_once(path: Path) -> set[str]:
+    """Modules of ours that a file imports as it is loaded: not for types alone, and not within a function."""
+    found = set()
+    for node in ast.parse(path.read_text("utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and node.module:
+            inner = {f"{node.module}.{name.name}" for name in node.names}
+            # Of a package the module that is named.
+            modules = {name for name in inner if is_file(name)}
+            found |= modules if len(modules) == len(inner) else {node.module, *modules}
+        elif isinstance(node, ast.Import):
+            found |= {name.name for name in node.names}
+    return found
+
+
+def test_no_file_is_in_a_circle_of_imports() -> None:
+    """Read from the sources: whatever is added is looked at."""
+    files = {module_of(path): path for path in PACKAGE.rglob("*.py") if "cli" not in path.parts}
+    # What is typed on the command line is the package as users have it, and starts from its face.
+    needs = {name: needed_at_once(path) & set(files) - {name} for name, path in files.items() if name != "pytracker"}
+    order = list(graphlib.TopologicalSorter(needs).static_order())
+    assert order.index("pytracker.rotation") < order.index("pytracker.load") < order.index("pytracker.report.write")
+
+
 def test_data_flows_one_way() -> None:
     """No stage imports a later one."""
     stages = [
-        ["rotation"], ["skeleton", "average_skeleton"], ["formats"], ["recording"], ["projection"],
-        ["load", "load_arm", "load_body"], ["evidence"], ["joint_track", "track", "track_arm", "track_body"],
+        ["rotation"], ["skeleton", "average_skeleton"], ["formats"], ["recording"], ["projection", "schema"],
+        ["load", "load_arm", "load_body", "load_imu", "load_keypoints", "load_truth", "load_worn"],
+        ["evidence"], ["joint_track", "track", "track_arm", "track_body"],
         ["doubts"], ["cycle"], ["evaluate"], ["study"], ["report"], ["reproduce"], ["cli"],
     ]  # fmt: skip
     order = {name: number for number, names in enumerate(stages) for name in names}

@@ -152,7 +152,7 @@ def test_labels_are_told_apart(tracks: list[pt.Track]) -> None:
     ]
 
 
-def test_shared_recording_makes_a_page(shared: Callable[[str], Path], tmp_path: Path) -> None:
+def test_a_shared_recording_makes_tables(shared: Callable[[str], Path], tmp_path: Path) -> None:
     recording = load_arm(shared("recordings/arm-circle"))
     out = pt.write_report([pt.track(recording, pt.Layered(), 1)], tmp_path / "out", page=False)
     assert (out / "track.csv").stat().st_size > 50_000

@@ -119,3 +119,16 @@ def test_frames_before_the_first_sample_and_after_the_last_are_survived() -> Non
     assert not tracked[sightings.time_s < 0.49].any()
     assert tracked[sightings.time_s > 0.52].all()
     assert not track.valid[sightings.time_s > 5.6].any()
+
+
+def test_a_shoulder_that_is_elsewhere_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By 10 cm to the side, on lively gestures; of right ones nothing is said."""
+    monkeypatch.setattr("pytracker.doubts._of_arm", lambda *_: ())
+    for seed in (1, 2):
+        recording, sightings = played(LIVELY, seed)
+        x, y, z = recording.arm.shoulder_m
+        beside = dataclasses.replace(recording, arm=dataclasses.replace(recording.arm, shoulder_m=(x + 0.1, y, z)))
+        assert pt.doubts(pt.track(recording, pt.Smooth(), sightings=sightings)) == ()
+        (words,) = pt.doubts(pt.track(beside, pt.Smooth(), sightings=sightings))
+        assert "the arm fits better with its shoulder" in words
+        assert "check shoulder_m" in words

@@ -162,7 +162,16 @@ def test_wrong_shapes_are_named(simulation: pt.ArmSimulation) -> None:
 
 
 def test_every_method_has_a_name_and_documented_parameters() -> None:
-    assert set(METHODS) == {"inertial", "ekf", "plain", "layered", "layeredfromconstraint", "joint", "mixture", "smooth"}
+    assert set(METHODS) == {
+        "inertial",
+        "ekf",
+        "plain",
+        "layered",
+        "layeredfromconstraint",
+        "joint",
+        "mixture",
+        "smooth",
+    }
     for name, cls in METHODS.items():
         assert cls().name == name
         described = " ".join(c.__doc__ or "" for c in cls.__mro__)

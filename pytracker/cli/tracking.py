@@ -27,6 +27,7 @@ __all__ = ["commands"]
 commands = typer.Typer()
 
 ARM_METHODS: tuple[Method, ...] = (
+    pt.Smooth(),
     pt.Mixture(),
     pt.Joint(),
     pt.Layered(),
@@ -85,7 +86,7 @@ def demo(
 def track(
     folder: Folder,
     out: Out,
-    method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the best: mixture, partitioned.")] = "",
+    method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the best: smooth, partitioned.")] = "",
     particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
     settings: Settings = None,
     seed: Seed = 0,

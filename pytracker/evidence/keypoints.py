@@ -1,4 +1,4 @@
-"""A detector's keypoints as evidence: in the video's pixels, each with a spread that the data show.
+"""A detector's keypoints as evidence: each with a spread that the data show.
 
 A detector's confidence has no unit. What it is worth shows in how much the points of that confidence jump from frame
 to frame: their second difference, whose spread is the square root of 6 times theirs.
@@ -6,16 +6,12 @@ to frame: their second difference, whose spread is the square root of 6 times th
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
-from pytracker._core import InputError
 from pytracker.formats.keypoints import Keypoints
-from pytracker.formats.video import VideoInfo
 from pytracker.rotation import Array
 
-__all__ = ["in_pixels", "with_spreads"]
+__all__ = ["with_spreads"]
 
 LEAST_PX = 0.5
 """No detector is better."""
@@ -24,30 +20,6 @@ WORST_SHARE = 0.05
 EDGES = (0.0, 0.3, 0.5, 0.7, 0.9, np.inf)
 """Confidences between which points are taken to be alike."""
 ENOUGH = 30
-OUTSIDE = 0.25
-"""More points outside the picture, and they are of another."""
-
-
-def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) -> Keypoints:
-    """The same in px of `video`, frames counted from 0. Raises `InputError` where they cannot be of this video."""
-    points, frames = keypoints.points.copy(), keypoints.frames
-    if keypoints.is_share:
-        points[..., :2] = points[..., :2] * [info.width, info.height] - 0.5
-    seen = points[np.isfinite(points[..., 0])]
-    u, v = seen[:, 0], seen[:, 1]
-    outside = (u < -1) | (v < -1) | (u > info.width) | (v > info.height)
-    if outside.mean() > OUTSIDE:
-        raise InputError(
-            f"{path}: {outside.mean():.0%} of the keypoints lie outside the {info.width} x {info.height} px of {video} "
-            f"(they reach to {u.max():.0f}, {v.max():.0f}), expected pixels of that video: of another size or clip?"
-        )
-    if info.frame_count and frames[0] == 1 and frames[-1] == info.frame_count:
-        frames = frames - 1  # counted from one
-    if info.frame_count and frames[-1] >= info.frame_count:
-        raise InputError(
-            f"{path}: has frame {frames[-1]}, expected below the {info.frame_count} frames of {video}: another clip?"
-        )
-    return Keypoints(frames, points)
 
 
 def with_spreads(keypoints: Keypoints) -> Array:

@@ -15,11 +15,11 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.average_skeleton import average_skeleton
-from pytracker.evidence.orientations import ARM_SEGMENTS
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.amc import read_amc, write_amc
 from pytracker.formats.asf import read_asf
 from pytracker.formats.video import VideoWriter
+from pytracker.load_worn import ARM_SEGMENTS
 from pytracker.output import whole_folder
 from pytracker.recording import Camera
 from pytracker.rotation import Array

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS
-from pytracker.evidence.orientations import UP, segment_frame, to_y_up
+from pytracker.load_worn import UP, segment_frame, to_y_up
 from pytracker.recording import Camera
 from pytracker.rotation import (
     Array,

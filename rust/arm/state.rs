@@ -2,13 +2,10 @@
 
 use crate::camera::Camera;
 use crate::filter::{Gaussian, Mixture};
-use crate::particles::{ParticleSet, Summary};
+use crate::particles::{NORMAL_UPPER, ParticleSet, Summary};
 use crate::{Error, Result, error::require};
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
-
-/// The 97.5 % quantile of the standard normal.
-const NORMAL_975: f64 = 1.959_963_984_540_054;
 
 /// Nothing that is measured or assumed of an arm is larger, in any unit; nor farther away, m.
 pub(super) const MOST: f64 = 1e6;
@@ -315,7 +312,7 @@ impl Estimate {
     ) -> Self {
         let mean: Vector3<f64> = state.mean.fixed_rows::<3>(POSITION).into();
         let sd = Vector3::from_fn(|d, _| state.covariance[(d, d)].max(0.0).sqrt());
-        let wrist = Point { mean, mode: mean, sd, lo: mean - NORMAL_975 * sd, hi: mean + NORMAL_975 * sd };
+        let wrist = Point { mean, mode: mean, sd, lo: mean - NORMAL_UPPER * sd, hi: mean + NORMAL_UPPER * sd };
         Self {
             time_s,
             mean: state.mean.clone(),
@@ -342,7 +339,7 @@ impl Estimate {
         self.covariance += noise;
         let widen = |point: &mut Point| {
             for d in 0..3 {
-                let reach = NORMAL_975 * noise[(d, d)].max(0.0).sqrt();
+                let reach = NORMAL_UPPER * noise[(d, d)].max(0.0).sqrt();
                 point.sd[d] = self.covariance[(d, d)].max(0.0).sqrt();
                 point.lo[d] = point.mean[d] - (point.mean[d] - point.lo[d]).hypot(reach);
                 point.hi[d] = point.mean[d] + (point.hi[d] - point.mean[d]).hypot(reach);

@@ -245,7 +245,7 @@ impl ArmTracker {
             let Frame { stale_s, is_rest, worn, .. } = frame;
             let (worn, pixels) = (worn.unwrap_or_else(WornMotion::none), pixels.to_vec());
             let (is_unknown, means) = (self.is_unknown, filter.means());
-            steps.push(Step { time_s, worn, world_sensor, stale_s, is_rest, pixels, start, is_unknown, means });
+            steps.push(Step { time_s, worn, world_sensor, stale_s, is_rest, pixels, is_unknown, start, means });
         }
         self.lost_at_s = None;
         self.last_world_sensor = Some(world_sensor);

@@ -96,8 +96,6 @@ pub enum Blend {
     Sum {
         /// Share of the whole sharpness: below 1 in the flat layers of annealing.
         sharpness: f64,
-        /// Whether the layer weighs by the likelihood itself, once.
-        is_evidence: bool,
     },
 }
 
@@ -161,7 +159,7 @@ impl Likelihood for Weighing<'_> {
         let (cues, bounds) = losses.split_at(self.cues.len());
         let forbidden = |i: usize| bounds.iter().map(|loss| loss[i]).sum::<f64>();
         match self.blend {
-            Blend::Sum { sharpness, .. } => {
+            Blend::Sum { sharpness } => {
                 for (i, out) in out.iter_mut().enumerate() {
                     *out = -sharpness * cues.iter().map(|loss| loss[i]).sum::<f64>() - forbidden(i);
                 }
@@ -176,8 +174,9 @@ impl Likelihood for Weighing<'_> {
         }
     }
 
+    /// Losses are not normalised: an image without an edge or a blob would seem better explained than a perfect one.
     fn has_evidence(&self) -> bool {
-        matches!(self.blend, Blend::Sum { is_evidence: true, .. })
+        false
     }
 }
 

@@ -30,8 +30,6 @@ pub(super) struct Posterior {
     pub particles: ParticleSet,
     /// The blob that each wearer was given, px.
     pub blobs: Blobs,
-    /// Where the weights are likelihoods.
-    pub log_evidence: Option<f64>,
 }
 
 /// What every island sees of one frame.
@@ -78,11 +76,7 @@ impl Island {
             .zip(&weighings)
             .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing] })
             .collect();
-        self.filter.cycle(time_s, &layers, recorder, |particles, log_evidence| Posterior {
-            particles: particles.clone(),
-            blobs,
-            log_evidence,
-        })
+        self.filter.cycle(time_s, &layers, recorder, |particles, _| Posterior { particles: particles.clone(), blobs })
     }
 
     /// Blobs to wearers, and which of the people found is this one, by where the mean of the particles expects them.

@@ -251,12 +251,7 @@ impl BodyMethod {
             Blending::Rescaled { base, alpha, adapt } => {
                 Blend::Rescaled { base: base.powf(layer.sharpness), alpha, adapt }
             }
-            Blending::Sum => {
-                // A cue that is weighed by in several layers is a likelihood in none of them.
-                let looks = |group: &Group| self.layers.iter().filter(|l| l.groups.contains(group)).count();
-                let is_evidence = layer.sharpness == 1.0 && layer.groups.iter().all(|group| looks(group) == 1);
-                Blend::Sum { sharpness: layer.sharpness, is_evidence }
-            }
+            Blending::Sum => Blend::Sum { sharpness: layer.sharpness },
         };
         Weighing { figure: frame.figure, projection: frame.projection, cues: boxed(cues), bounds: boxed(bounds), blend }
     }

@@ -82,8 +82,6 @@ pub struct BodyEstimate {
     pub blobs: Blobs,
     /// Effective sample size.
     pub ess: f64,
-    /// Log evidence, where the weights are likelihoods.
-    pub log_evidence: Option<f64>,
 }
 
 /// Follows one body. Clone or [`BodyTracker::save`] it to resume later with the same bits.
@@ -203,7 +201,6 @@ impl BodyTracker {
             joints,
             blobs: most_given(posteriors),
             ess: together.ess(),
-            log_evidence: evidence(posteriors),
         }
     }
 
@@ -224,14 +221,4 @@ impl BodyTracker {
         tracker.method.check()?;
         Ok(tracker)
     }
-}
-
-/// Log of the mean of the islands' evidence of this frame, each by its share of the particles. Of one frame only: what
-/// the frames before said of an island has not moved its share.
-fn evidence(posteriors: &[Posterior]) -> Option<f64> {
-    let of_each = posteriors.iter().map(|p| Some((p.particles.len() as f64, p.log_evidence?)));
-    let of_each = of_each.collect::<Option<Vec<_>>>()?;
-    let largest = of_each.iter().map(|(_, log)| *log).fold(f64::MIN, f64::max);
-    let sum: f64 = of_each.iter().map(|(len, log)| len * (log - largest).exp()).sum();
-    Some(largest + (sum / of_each.iter().map(|(len, _)| len).sum::<f64>()).ln())
 }

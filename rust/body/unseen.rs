@@ -10,7 +10,7 @@
 use super::figure::KEY_JOINTS;
 use crate::Result;
 use crate::error::require;
-use crate::particles::Summary;
+use crate::particles::{NORMAL_UPPER, Summary};
 use crate::projection::Projection;
 use nalgebra::{DMatrix, Vector3};
 use serde::{Deserialize, Serialize};
@@ -23,9 +23,6 @@ const MOST: f64 = 100.0;
 
 /// The joint that a key joint goes with: an elbow or a wrist with its shoulder.
 const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
-
-/// The 97.5 % quantile of the standard normal distribution.
-const QUANTILE: f64 = 1.959_963_984_540_054;
 
 /// Standard deviations of what is not seen; all zero is the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -71,7 +68,7 @@ impl Unseen {
         let added = &moved * moved.transpose();
         for (d, band) in joints.bands.iter_mut().enumerate() {
             // As widths of independent normal errors add up; exact where the particles are normal too.
-            let wider = |half: f64| half.hypot(QUANTILE * added[(d, d)].sqrt()) - half.abs();
+            let wider = |half: f64| half.hypot(NORMAL_UPPER * added[(d, d)].sqrt()) - half.abs();
             band.lo -= wider(joints.mean[d] - band.lo);
             band.hi += wider(band.hi - joints.mean[d]);
         }
@@ -131,7 +128,7 @@ mod tests {
             }
             let (up, beside) = (all.mean[3 * GOES_WITH[d / 3] + 1] - 1.0, all.mean[3 * GOES_WITH[d / 3]] - 0.1);
             close(added, 0.05f64.powi(2) + (0.1 * up).powi(2) + (0.2 * beside).powi(2), 1e-12);
-            let half = (all.mean[d] - before.lo).hypot(QUANTILE * added.sqrt());
+            let half = (all.mean[d] - before.lo).hypot(NORMAL_UPPER * added.sqrt());
             close(all.mean[d] - after.lo, half, 1e-12);
             assert!(after.hi > before.hi);
         }

@@ -77,41 +77,39 @@ pub fn smooth(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settl
     let mut cost = cost_of(chain, &at)?;
     let mut is_settled = false;
     for _ in 0..turns {
-        let (states, _) = step(chain, &at)?;
-        let Some((shortened, lower)) = shorten(chain, &at, &states, cost) else {
+        let forward = filter(chain, &at)?;
+        let to = means(chain, &forward)?;
+        let Some((shortened, lower)) = shorten(chain, &at, &to, cost) else {
             // No step explains more: this is where it ends.
             is_settled = true;
             break;
         };
-        let moved = states.iter().zip(at.iter().zip(&shortened)).map(|(state, (from, to))| in_sd(state, from, to));
+        let moved =
+            forward.filtered.iter().zip(at.iter().zip(&shortened)).map(|(state, (from, to))| in_sd(state, from, to));
         is_settled = moved.fold(0.0, f64::max) <= settled;
         (at, cost) = (shortened, lower);
         if is_settled {
             break;
         }
     }
-    let (mut states, log_evidence) = step(chain, &at)?;
+    let forward = filter(chain, &at)?;
+    let log_evidence = forward.log_evidence;
+    let mut states = backward(chain, forward)?;
     // The trajectory that was found, with the spread about it.
     states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
     Ok(Smoothed { states, cost, log_evidence, is_settled })
 }
 
-/// One Gauss-Newton step, whole, and the log evidence under its linearisation.
-fn step(chain: &impl Chain, at: &[DVector<f64>]) -> Result<(Vec<Gaussian>, f64)> {
-    let forward = filter(chain, at)?;
-    let log_evidence = forward.log_evidence;
-    let states = backward(chain, forward)?;
-    if states.iter().any(|state| state.mean.iter().any(|x| !x.is_finite())) {
-        return Err(Error::RanAway { time_s: chain.time_s(0) });
-    }
-    Ok((states, log_evidence))
-}
-
 /// As much of a step as explains more than the trajectory that it starts from; none where nothing of it does.
-fn shorten(chain: &impl Chain, at: &[DVector<f64>], to: &[Gaussian], cost: f64) -> Option<(Vec<DVector<f64>>, f64)> {
+fn shorten(
+    chain: &impl Chain,
+    at: &[DVector<f64>],
+    to: &[DVector<f64>],
+    cost: f64,
+) -> Option<(Vec<DVector<f64>>, f64)> {
     (0..HALVINGS).find_map(|halvings| {
         let share = 0.5f64.powi(halvings);
-        let shortened: Vec<DVector<f64>> = at.iter().zip(to).map(|(from, to)| from.lerp(&to.mean, share)).collect();
+        let shortened: Vec<DVector<f64>> = at.iter().zip(to).map(|(from, to)| from.lerp(to, share)).collect();
         let lower = cost_of(chain, &shortened).ok()?;
         (lower < cost).then_some((shortened, lower))
     })
@@ -177,31 +175,53 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Forward> {
         for (residual, slope, noise) in chain.measure(step, at)? {
             // What the residual would be at the state as it stands.
             let here = residual - &slope * (&state.mean - at);
-            forward.log_evidence += state.correct(chain.time_s(step), &here, &slope, &noise)?;
+            let linear = |_: &DVector<f64>, _: &DMatrix<f64>| Ok(Some((here.clone(), slope.clone(), noise.clone())));
+            forward.log_evidence += state.correct_iterated(chain.time_s(step), 1, linear)?.unwrap_or(0.0);
         }
         forward.filtered.push(state);
     }
     Ok(forward)
 }
 
-/// Rauch, Tung & Striebel, "Maximum likelihood estimates of linear dynamic systems", AIAA Journal 3(8), 1965.
-fn backward(chain: &impl Chain, forward: Forward) -> Result<Vec<Gaussian>> {
-    let Forward { mut filtered, predicted, transitions, .. } = forward;
-    for step in (1..filtered.len()).rev() {
-        if chain.start(step).is_some() {
-            continue;
+/// How a state before follows a state after: `(D, D)`; none where the chain starts anew.
+fn gain(chain: &impl Chain, forward: &Forward, step: usize) -> Result<Option<DMatrix<f64>>> {
+    if chain.start(step).is_some() {
+        return Ok(None);
+    }
+    let factor = forward.predicted[step].covariance.clone().cholesky();
+    let factor = factor.ok_or(Error::Singular { time_s: chain.time_s(step) })?;
+    let across = &forward.transitions[step] * &forward.filtered[step - 1].covariance;
+    Ok(Some(factor.solve(&across).transpose()))
+}
+
+/// The means of [`backward`] alone.
+fn means(chain: &impl Chain, forward: &Forward) -> Result<Vec<DVector<f64>>> {
+    let mut means: Vec<DVector<f64>> = forward.filtered.iter().map(|state| state.mean.clone()).collect();
+    for step in (1..means.len()).rev() {
+        if let Some(gain) = gain(chain, forward, step)? {
+            let ahead = &means[step] - &forward.predicted[step].mean;
+            means[step - 1] += gain * ahead;
         }
-        let ahead = &predicted[step];
-        let factor = ahead.covariance.clone().cholesky().ok_or(Error::Singular { time_s: chain.time_s(step) })?;
-        let (before, after) = filtered.split_at_mut(step);
+    }
+    match means.iter().position(|mean| mean.iter().any(|x| !x.is_finite())) {
+        Some(step) => Err(Error::RanAway { time_s: chain.time_s(step) }),
+        None => Ok(means),
+    }
+}
+
+/// Rauch, Tung & Striebel, "Maximum likelihood estimates of linear dynamic systems", AIAA Journal 3(8), 1965.
+fn backward(chain: &impl Chain, mut forward: Forward) -> Result<Vec<Gaussian>> {
+    for step in (1..forward.filtered.len()).rev() {
+        let Some(gain) = gain(chain, &forward, step)? else { continue };
+        let ahead = &forward.predicted[step];
+        let (before, after) = forward.filtered.split_at_mut(step);
         let (state, smoothed) = (&mut before[step - 1], &after[0]);
-        let gain = factor.solve(&(&transitions[step] * &state.covariance)).transpose();
         state.mean += &gain * (&smoothed.mean - &ahead.mean);
         state.covariance += &gain * (&smoothed.covariance - &ahead.covariance) * gain.transpose();
         // What rounding leaves over the diagonal would grow.
         state.covariance = 0.5 * (&state.covariance + state.covariance.transpose());
     }
-    Ok(filtered)
+    Ok(forward.filtered)
 }
 
 #[cfg(test)]

@@ -12,6 +12,9 @@ pub const LOWER: f64 = 0.025;
 /// The upper quantile of the reported band.
 pub const UPPER: f64 = 0.975;
 
+/// The upper quantile of the standard normal distribution: half a band of it, in standard deviations.
+pub const NORMAL_UPPER: f64 = 1.959_963_984_540_054;
+
 /// Cells of the histograms that quantiles and mode start from; a cell's number is one byte.
 const CELLS: usize = 256;
 

@@ -59,12 +59,6 @@ impl BodyEstimate {
         self.0.ess
     }
 
-    /// Log evidence of this frame; `None` where the weights are no likelihoods (`Plain`, `Annealed`).
-    #[getter]
-    fn log_evidence(&self) -> Option<f64> {
-        self.0.log_evidence
-    }
-
     fn __repr__(&self) -> String {
         format!("BodyEstimate(time_s={:.3}, ess={:.1})", self.0.time_s, self.0.ess)
     }

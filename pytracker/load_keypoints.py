@@ -1,0 +1,48 @@
+"""`[[camera]] keypoints` to keypoints in the pixels and frames of that camera's video."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.keypoints import Keypoints, read_keypoints
+from pytracker.formats.video import VideoInfo
+
+__all__ = ["files_of", "in_pixels", "load_keypoints"]
+
+OUTSIDE = 0.25
+"""More points outside the picture, and they are of another."""
+
+
+def load_keypoints(path: Path, model: str, video: Path, info: VideoInfo) -> Keypoints:
+    """Read them, of `video`. Raises `InputError`."""
+    return in_pixels(path, read_keypoints(path, model), video, info)
+
+
+def files_of(path: Path) -> list[Path]:
+    """One file, or those of a folder."""
+    return sorted(path.glob("*.json")) if path.is_dir() else [path]
+
+
+def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) -> Keypoints:
+    """The same in px of `video`, frames counted from 0. Raises `InputError` where they cannot be of this video."""
+    points, frames = keypoints.points.copy(), keypoints.frames
+    if keypoints.is_share:
+        points[..., :2] = points[..., :2] * [info.width, info.height] - 0.5
+    seen = points[np.isfinite(points[..., 0])]
+    u, v = seen[:, 0], seen[:, 1]
+    outside = (u < -1) | (v < -1) | (u > info.width) | (v > info.height)
+    if outside.mean() > OUTSIDE:
+        raise InputError(
+            f"{path}: {outside.mean():.0%} of the keypoints lie outside the {info.width} x {info.height} px of {video} "
+            f"(they reach to {u.max():.0f}, {v.max():.0f}), expected pixels of that video: of another size or clip?"
+        )
+    if info.frame_count and frames[0] == 1 and frames[-1] == info.frame_count:
+        frames = frames - 1  # counted from one
+    if info.frame_count and frames[-1] >= info.frame_count:
+        raise InputError(
+            f"{path}: has frame {frames[-1]}, expected below the {info.frame_count} frames of {video}: another clip?"
+        )
+    return Keypoints(frames, points)
