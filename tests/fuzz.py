@@ -22,10 +22,13 @@ from conftest import shown
 
 import pytracker as pt
 from pytracker.cli.settings import chosen_method
+from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_checks import check
+from pytracker.formats.keypoints import read_keypoints
 from pytracker.formats.points import read_points
 from pytracker.formats.qualisys import read_qualisys
+from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.projection import fit_weak_perspective
 from pytracker.report.tables import read_track
@@ -76,6 +79,15 @@ SMALL_ASF = """:version 1.10
  a b
  end
 """
+SMALL_TRC = """PathFileType\t4\t(X/Y/Z)\ta.trc
+DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits
+100\t100\t2\t1\tmm
+Frame#\tTime\tA\t\t
+\t\tX1\tY1\tZ1
+1\t0.00\t1\t2\t3
+2\t0.01\t1\t\t3
+"""
+PERSON = {"keypoints": [[5.0, 6.0]] * 17, "keypoint_scores": [0.9] * 17}
 SMALL_STUDY = """schema = 1
 seeds = 2
 [[recording]]
@@ -135,6 +147,9 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
     truth = b"time_s,wrist_x_m,wrist_y_m,wrist_z_m\n0,1,2,3\n0.1,1,2,3\n0.2,1,,3\n"
     study = SMALL_STUDY.encode()
 
+    def keypoints(path: Path) -> object:
+        return with_spreads(read_keypoints(path))
+
     def imu_log(path: Path) -> object:
         return orient(check(read_imu(path, rate_hz=None)))
 
@@ -155,6 +170,14 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ("arm/recording.toml", (arm / "recording.toml").read_bytes(), read_recording_file),
         ("body/recording.toml", (body / "recording.toml").read_bytes(), read_recording_file),
         ("study.toml", study, pt.read_study),
+        ("truth.trc", SMALL_TRC.encode(), read_trc),
+        ("keypoints.csv", b"left_wrist_x,left_wrist_y\n1,2\n3,4\n5,6\n", keypoints),
+        (
+            "coco.json",
+            json.dumps([{"image_id": k, "keypoints": [5.0, 6.0, 0.9] * 17} for k in range(3)]).encode(),
+            keypoints,
+        ),
+        ("mmpose.json", json.dumps({"instance_info": [{"frame_id": 0, "instances": [PERSON]}]}).encode(), keypoints),
         ("track.csv", b"\n".join((track / "track.csv").read_bytes().split(b"\n")[:6]), read_track),
     ]
 

@@ -127,7 +127,7 @@ def write(path: Path, text: str) -> Path:
         (lambda p: write(p / "a.json", "[{}]"), "an entry has no image_id"),
         (lambda p: write(p / "a.json", '[{"image_id": 1.5, "keypoints": []}]'), "a frame is '1.5', expected a frame"),
         (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2]}]'), "expected x, y and confidence"),
-        (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 1e999]}]'), "an infinite number"),
+        (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 1e999]}]'), "keypoints hold inf"),
         (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 3]}]'), "have 1 keypoints, expected 17"),
         (lambda p: write(p / "a.json", '{"instance_info": [{"instances": [{}]}]}'), "a frame has no instances"),
         (lambda p: openpose(p / "kp", []), "nobody is seen in any of 3 frames"),

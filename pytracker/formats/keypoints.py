@@ -35,6 +35,7 @@ __all__ = ["Keypoints", "read_keypoints"]
 MOST_PEOPLE = 64
 """More people in a frame are noise."""
 MOST_FRAMES = 10_000_000
+MOST_PX = 1e6
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,10 +146,16 @@ def _flat(path: Path, values: Any) -> Array:
     """x, y, confidence of one person `(K, 3)`."""
     try:
         found = np.array(values, dtype=np.float64).reshape(-1, 3)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{path}: keypoints are {str(values)[:60]}, expected x, y and confidence of each") from None
-    if np.isinf(found).any():
-        raise InputError(f"{path}: keypoints hold an infinite number, expected pixels")
+    return _in_range(path, found)
+
+
+def _in_range(path: Path, found: Array) -> Array:
+    """The same. Raises `InputError` for what no picture holds."""
+    far = np.abs(found) > MOST_PX
+    if far.any():
+        raise InputError(f"{path}: keypoints hold {found[far][0]:g}, expected pixels within ±{MOST_PX:g}")
     return found
 
 
@@ -261,6 +268,7 @@ def _from_columns(
     order = list(joints)
     people = np.full((len(table), len(order), 3), np.nan)
     people[:, :, 2] = 1.0
+    _in_range(path, table[:, [k for k, joint, _ in named if joint in order]])
     for k, joint, axis in named:
         if joint in order:
             people[:, order.index(joint), ("x", "y", "confidence").index(axis)] = table[:, k]
