@@ -122,7 +122,7 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
 
 def _truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[Truth, list[str]]:
     file = folder / entry.file
-    truth, gaps = load_points(path, file, entry, JOINTS, up="z")
+    truth, gaps = load_points(path, file, entry, JOINTS, kind="arm")
     if "wrist" not in truth.joints_m:
         raise InputError(
             f"{path}: truth.markers names {', '.join(truth.joints_m) or 'nothing'}, expected at least wrist"

@@ -17,7 +17,7 @@ from pytracker.formats.asf import read_asf
 from pytracker.formats.points import read_points
 from pytracker.load_imu import load_imu
 from pytracker.load_keypoints import files_of, load_keypoints
-from pytracker.load_truth import load_points
+from pytracker.load_truth import POINT_FORMATS, load_points
 from pytracker.load_worn import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.projection import camera_of, fit_weak_perspective
 from pytracker.recording import BodyRecording, BodyView, Camera, Imu, ProjectionFit, Truth, WeakPerspective
@@ -182,10 +182,14 @@ def _truth(
 ) -> tuple[Truth, Array | None, tuple[str, ...]]:
     """Joints, and poses where the file has them."""
     file = folder / entry.file
-    if file.suffix.lower() != ".amc":
+    suffix = file.suffix.lower()
+    if suffix not in (".amc", *POINT_FORMATS):
+        expected = f"an .amc motion, or points: {', '.join(POINT_FORMATS)}"
+        raise InputError(f"{path}: truth.file is {entry.file!r}, expected {expected}")
+    if suffix != ".amc":
         if entry.rate_hz is not None:
             raise InputError(f"{path}: truth.rate_hz goes with an .amc motion, {entry.file} has times of its own")
-        truth, unseen = load_points(path, file, entry, KEY_JOINTS, up="y")
+        truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
         return truth, None, tuple(unseen)
     idle = sorted({"markers", "up"} & entry.model_fields_set)
     if idle:

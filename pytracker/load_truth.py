@@ -18,6 +18,9 @@ from pytracker.schema import BodyTruthEntry, TruthEntry
 
 __all__ = ["POINT_FORMATS", "load_points"]
 
+UP = {"arm": "z", "body": "y"}
+"""Which axis is up, by kind of recording."""
+
 POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
     ".tsv": read_qualisys,
     ".csv": read_truth_csv,
@@ -28,9 +31,9 @@ POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
 
 
 def load_points(
-    path: Path, file: Path, entry: TruthEntry | BodyTruthEntry, joints: tuple[str, ...], *, up: str
+    path: Path, file: Path, entry: TruthEntry | BodyTruthEntry, joints: tuple[str, ...], *, kind: str
 ) -> tuple[Truth, list[str]]:
-    """Joints of a file of markers, in a world whose axis `up` is; and its gaps in words. Raises `InputError`.
+    """Joints of a file of markers, in the world of a `kind` of recording; and its gaps in words. Raises `InputError`.
 
     Where `entry` names no markers those are taken that are called like joints.
     """
@@ -40,7 +43,7 @@ def load_points(
     found = POINT_FORMATS[file.suffix.lower()](file)
     unknown = sorted(set(markers) - set(joints))
     if unknown:
-        raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint here, expected: {', '.join(joints)}")
+        raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint of the {kind}, expected: {', '.join(joints)}")
     wanted = dict(markers) or {name: name for name in found.positions_m if name in joints}
     if not wanted:
         raise InputError(
@@ -57,7 +60,9 @@ def load_points(
                     f"{path}: truth.markers.{joint} is {name!r}, expected a marker of {file}: "
                     f"{', '.join(found.positions_m)[:300]}"
                 )
-        points[joint] = _upright(np.mean([found.positions_m[name] for name in names], axis=0), entry.up or up, up)
+        points[joint] = _upright(
+            np.mean([found.positions_m[name] for name in names], axis=0), entry.up or UP[kind], UP[kind]
+        )
         gaps[joint] = int(np.isnan(points[joint][:, 0]).sum())
     words = [
         f"{file}: {joint} was not seen in {count} of {len(found.time_s)} frames; they are left out of the scores"

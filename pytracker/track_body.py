@@ -93,7 +93,7 @@ def track_body(
             continue
         at = time.perf_counter()
         try:
-            estimates.append(tracker.update(frame_time_s, evidence, threads))
+            estimates.append(tracker.update(frame_time_s, evidence, threads=threads))
         except TrackingError as error:
             lost = f"frame {len(times) - 1}: {error}"
         stage_s["filter"] += time.perf_counter() - at

@@ -15,7 +15,7 @@ from conftest import load_arm
 
 import pytracker as pt
 from pytracker.formats.video import frames
-from pytracker.report.labels import labels
+from pytracker.report.labels import HELD, labels
 from pytracker.report.tables import read_track
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def test_files_of_a_run(report: Path, tracks: list[pt.Track]) -> None:
     assert metadata["tracks"][0]["parameters"]["particles"] == 500
     assert set(metadata["recording"]["files"]) == {"recording.toml", "video.mp4", "imu.csv", "qualisys.tsv"}
     scores = json.loads((report / "scores.json").read_text("utf-8"))
-    assert list(scores) == labels(tracks)
+    assert list(scores) == [*labels(tracks), HELD]
     assert scores["PF with constraint (joint), N = 500, bias, offset"]["joints"]["wrist"]["rms_m"] > 0
 
 
@@ -104,15 +104,15 @@ def body_report(body: pt.BodyRecording, tmp_path_factory: pytest.TempPathFactory
 
 
 @pytest.mark.parametrize(("width", "scheme"), SIZES)
-@pytest.mark.parametrize(("which", "figures", "methods"), [("report", 4, 4), ("body_report", 8, 2)])
+@pytest.mark.parametrize(("which", "figures", "rows"), [("report", 4, 5), ("body_report", 8, 3)])
 def test_page_in_a_browser(
-    browser: Browser, request: pytest.FixtureRequest, which: str, figures: int, methods: int, width: int, scheme: str
+    browser: Browser, request: pytest.FixtureRequest, which: str, figures: int, rows: int, width: int, scheme: str
 ) -> None:
     """No error, every image drawn and described, no sideways scrolling, nothing fetched from elsewhere."""
     report: Path = request.getfixturevalue(which)
     page = opened(browser, report / "index.html", width, scheme)
     assert page.locator("img").count() == figures
-    assert page.locator("table").first.locator("tbody tr").count() == methods
+    assert page.locator("table").first.locator("tbody tr").count() == rows  # the methods, and the first pose held
     page.close()
 
 

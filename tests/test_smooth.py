@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 
 import numpy as np
 import pytest
@@ -123,7 +124,7 @@ def test_frames_before_the_first_sample_and_after_the_last_are_survived() -> Non
 
 def test_a_shoulder_that_is_elsewhere_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """By 10 cm to the side, on lively gestures; of right ones nothing is said."""
-    monkeypatch.setattr("pytracker.doubts._of_arm", lambda *_: ())
+    monkeypatch.setattr(importlib.import_module("pytracker.doubts"), "_of_arm", lambda *_: ())
     for seed in (1, 2):
         recording, sightings = played(LIVELY, seed)
         x, y, z = recording.arm.shoulder_m

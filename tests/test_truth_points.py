@@ -125,9 +125,12 @@ def test_a_body_is_scored_against_points(simulated_body: Path, tmp_path: Path, z
     ("truth", "expected"),
     [
         ('file = "truth.trc"', "truth.markers is missing, and .* has HipL, HipR"),
-        ('file = "truth.trc"\nmarkers = { toe = "HipL" }', "truth.markers.toe is no joint here"),
+        ('file = "truth.trc"\nmarkers = { toe = "HipL" }', "truth.markers.toe is no joint of the body"),
         ('file = "truth.trc"\nmarkers = { root = "Hip" }', "truth.markers.root is 'Hip', expected a marker of"),
-        ('file = "truth.xlsx"', "truth.file is 'truth.xlsx', expected one of: .tsv, .csv, .trc, .c3d"),
+        (
+            'file = "truth.xlsx"',
+            "truth.file is 'truth.xlsx', expected an .amc motion, or points: .tsv, .csv, .trc, .c3d",
+        ),
         (MAP.format(more="", after="\nrate_hz = 100.0"), "truth.rate_hz goes with an .amc motion"),
         ('file = "motion.amc"', "truth.rate_hz is missing"),
         ('file = "motion.amc"\nrate_hz = 120.0\nup = "z"', "truth.up goes with a file of markers"),
