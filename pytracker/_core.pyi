@@ -96,14 +96,7 @@ class ArmTracker:
         first_frame: int = 0,
         threads: int | None = None,
     ) -> tuple[dict[str, Any], int, str | None]: ...
-    def smoothed(
-        self,
-        imu_time_s: NDArray[np.float64],
-        acc: NDArray[np.float64],
-        q_world_sensor: NDArray[np.float64],
-        gyr: NDArray[np.float64] | None,
-        threads: int | None = None,
-    ) -> dict[str, Any]: ...
+    def smoothed(self, first: int, threads: int | None = None) -> dict[str, Any]: ...
     @property
     def particles(self) -> NDArray[np.float64] | None: ...
     @property

@@ -12,7 +12,7 @@ from pytracker._core import ArmTracker, InputError, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
 from pytracker.joint_track import JointTrack, Track
 from pytracker.methods import ArmMethod
-from pytracker.recording import ArmRecording, Imu
+from pytracker.recording import ArmRecording
 from pytracker.rotation import Array
 
 __all__ = ["ArmTrack", "track_arm"]
@@ -102,7 +102,7 @@ def track_arm(
     if not tables:
         raise TrackingError(lost)
     whole = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
-    whole |= _smoothed(tracker, imu, len(whole["ess"]), threads)
+    whole |= _smoothed(tracker, len(whole["ess"]), progress, threads)
     stage_s = {"evidence": seen - began, "filter": time.perf_counter() - seen}
     result = _assemble(recording, method, seed, sightings, first, whole, stage_s, lost or "")
     if lost:
@@ -112,13 +112,21 @@ def track_arm(
     return result
 
 
-def _smoothed(tracker: ArmTracker, imu: Imu, frames: int, threads: int | None) -> dict[str, Any]:
+def _smoothed(tracker: ArmTracker, frames: int, progress: Progress | None, threads: int | None) -> dict[str, Any]:
     """The columns that smoothing changes; none for a method that does not smooth."""
+    tables: list[dict[str, Any]] = []
+    done = 0
     try:
-        table = tracker.smoothed(imu.time_s, imu.acc, imu.q_world_sensor, imu.gyr, threads)
+        # Window by window: whoever stops a run does not wait for the whole of it.
+        while len(table := tracker.smoothed(done, threads=threads)) and len(table["ess"]):
+            tables.append(table)
+            done += len(table["ess"])
+            if progress is not None:
+                progress("smooth", done)
     except TrackingError:
         return {"doubt": ["the recording could not be smoothed: this is the filter's estimate"] * frames}
-    return {name: values for name, values in table.items() if name != "log_evidence"} if len(table["ess"]) else {}
+    changed = (name for name in (tables[0] if tables else ()) if name != "log_evidence")
+    return {name: np.concatenate([table[name] for table in tables]) for name in changed}
 
 
 def _assemble(

@@ -1,4 +1,10 @@
-//! The engine: a layered particle filter. Everything that tracks here is a list of layers.
+//! The engine: three filters over the same states, which know no arm and no body.
+//!
+//! | filter | what it carries |
+//! |---|---|
+//! | [`LayeredFilter`] | particles, and a list of layers applied to all of them |
+//! | [`Mixture`] | weighted Gaussians that split where a measurement bends over them, and merge again; one of them is the (iterated) extended Kalman filter |
+//! | [`smooth`] | a whole recording's trajectory, by Gauss-Newton from another filter's track |
 //!
 //! A *layer* is a transition and the likelihoods that weigh its result; it is applied to the whole set at
 //! once, and after each layer the set may be resampled. Bootstrap filter: one layer. Tao & Hu's layered
@@ -12,7 +18,7 @@ mod smoother;
 
 pub use kalman::{Gaussian, Linear};
 pub use layered::{LayeredFilter, Resampling};
-pub use mixture::{Component, Mixture, Reduction, narrower};
+pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};
 pub use smoother::{Chain, Smoothed, smooth, surprise};
 

@@ -97,7 +97,7 @@ def test_where_it_finds_no_trajectory_the_filters_estimates_stay_and_say_so(monk
         def __getattr__(self, name: str) -> object:
             return getattr(self.tracker, name)
 
-        def smoothed(self, *_: object) -> None:
+        def smoothed(self, *_: object, **__: object) -> None:
             raise pt.TrackingError("no way")
 
     monkeypatch.setattr("pytracker.track_arm.ArmTracker", Lost)
@@ -133,3 +133,27 @@ def test_a_shoulder_that_is_elsewhere_is_told(monkeypatch: pytest.MonkeyPatch) -
         (words,) = pt.doubts(pt.track(beside, pt.Smooth(), sightings=sightings))
         assert "the arm fits better with its shoulder" in words
         assert "check shoulder_m" in words
+
+
+def test_a_long_recording_is_smoothed_window_by_window_and_its_clock_may_drift() -> None:
+    """Windows overlap: nothing jumps between them; 100 ppm over 80 s are 8 ms."""
+    scene = pt.ArmScene(pattern="gesture", period_s=2.0, duration_s=80.0)
+    recording, sightings = played(scene, 2)
+    imu = recording.imus[0]
+    drifting = dataclasses.replace(recording, imus=(dataclasses.replace(imu, time_s=imu.time_s * (1 + 1e-4)),))
+    done: list[int] = []
+    track = pt.track(
+        drifting, pt.Smooth(), sightings=sightings,
+        progress=lambda stage, frames: done.append(frames) if stage == "smooth" else None,
+    )  # fmt: skip
+    assert len(done) > 1
+    assert done[-1] == len(sightings.time_s)
+    scores = pt.evaluate(track, recording.truth).joints["wrist"]
+    assert scores.rms_m < 0.045
+    assert min(scores.coverage) > 0.85
+    clock = track.state_mean[:, -1]
+    assert clock[-1] - clock[0] == pytest.approx(0.006, abs=0.006)
+    steps = np.linalg.norm(np.diff(track.joints["wrist"].mean, axis=0), axis=1)
+    assert recording.truth is not None
+    true = np.linalg.norm(np.diff(recording.truth.at("wrist", track.time_s), axis=0), axis=1)
+    assert np.nanmax(np.abs(steps - true)) < 0.03

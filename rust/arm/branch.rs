@@ -4,16 +4,36 @@ use super::colour::Sighting;
 use super::measurements::Seen;
 use super::mixture::ArmMixture;
 use super::particle::Frame;
-use super::smooth::Step;
 use super::state::{Arm, Estimate, Layout, Noise, View};
-use super::worn::CORE;
+use super::worn::{CORE, WornMotion};
 use crate::Result;
 use crate::filter::{Chain, Component, Gaussian, Linear, Smoothed, smooth, surprise};
+use crate::quaternion::Quaternion;
 use nalgebra::{DMatrix, DVector, Vector2};
 
 /// How often the recording is linearised again, and when that is enough, in standard deviations.
 const TURNS: usize = 8;
 const SETTLED: f64 = 0.1;
+
+/// A frame as it is smoothed: seen at some delay.
+pub(super) struct Step<'a> {
+    /// Recording time, s.
+    pub time_s: f64,
+    /// Motion since the frame before.
+    pub worn: WornMotion,
+    /// Orientation when it was seen.
+    pub world_sensor: Quaternion,
+    /// For how long nothing had said how the sensor is oriented, s.
+    pub stale_s: f64,
+    /// Whether the sensor lay still.
+    pub is_rest: bool,
+    /// Where each camera saw the patch.
+    pub pixels: &'a [Option<Vector2<f64>>],
+    /// What was known beforehand, where the chain starts here.
+    pub start: Option<Gaussian>,
+    /// The mixture's mean, and that of its heaviest component.
+    pub means: [DVector<f64>; 2],
+}
 
 /// A recording with all that bends it known.
 pub(super) struct ArmBranch<'a> {
@@ -21,7 +41,7 @@ pub(super) struct ArmBranch<'a> {
     pub noise: &'a Noise,
     pub views: &'a [View],
     pub filter: &'a ArmMixture,
-    pub steps: &'a [Step],
+    pub steps: &'a [Step<'a>],
 }
 
 /// Where each camera saw the patch, of those that did.
@@ -51,7 +71,7 @@ impl ArmBranch<'_> {
     }
 
     fn frame(&self, step: usize) -> Frame<'_> {
-        let Step { time_s, world_sensor, stale_s, is_rest, ref pixels, .. } = self.steps[step];
+        let Step { time_s, world_sensor, stale_s, is_rest, pixels, .. } = self.steps[step];
         Frame { stale_s, is_rest, sightings: sightings(self.views, pixels), ..Frame::empty(time_s, world_sensor) }
     }
 }

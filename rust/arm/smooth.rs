@@ -5,17 +5,17 @@
 //! bends everything: it is no column here. The frames are put at so many delays, each is a branch that is smoothed by itself,
 //! and they are weighed by their evidence.
 
-use super::branch::ArmBranch;
+use super::branch::{ArmBranch, Step, sightings};
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
-use super::state::{Arm, Estimate, Noise, Point, View};
+use super::state::{Arm, Estimate, Layout, Noise, POSITION, Point, VELOCITY, View};
 use super::timeline::Timeline;
 use super::tracker::Sample;
 use super::worn::WornMotion;
 use crate::Result;
 use crate::filter::{Gaussian, Smoothed};
 use crate::quaternion::Quaternion;
-use nalgebra::{DVector, Vector2};
+use nalgebra::{DMatrix, DVector, Vector2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -27,19 +27,20 @@ const MOST: f64 = 0.4;
 /// A branch of less weight is left out.
 const LEAST: f64 = 1e-4;
 
-/// What a frame brought to the mixture, and what it made of it.
+/// Frames that are smoothed together, and how many before and after them besides: memory does not grow with the recording.
+const WINDOW: usize = 600;
+const LEAD: usize = 200;
+/// What is known where a window starts amid a recording, beyond where the mixture has it: wrist, m, and velocity, m/s.
+const AMID_M: f64 = 0.1;
+const AMID_M_S: f64 = 0.3;
+
+/// A frame as the mixture met it, and what it made of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Step {
+pub struct Kept {
     /// Recording time, s.
     pub time_s: f64,
-    /// Motion since the frame before.
-    pub worn: WornMotion,
-    /// Orientation now.
+    /// Orientation then.
     pub world_sensor: Quaternion,
-    /// For how long nothing has said how the sensor is oriented, s.
-    pub stale_s: f64,
-    /// Whether the sensor lies still.
-    pub is_rest: bool,
     /// Where each camera saw the patch.
     pub pixels: Vec<Option<Vector2<f64>>>,
     /// Whether nothing has said where the arm is since a pause.
@@ -50,13 +51,23 @@ pub struct Step {
     pub means: [DVector<f64>; 2],
 }
 
+/// What a tracker keeps to smooth it.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Every frame so far.
+    pub frames: Vec<Kept>,
+    /// Every sample so far.
+    pub samples: Vec<Sample>,
+}
+
 /// A recording of an arm that a mixture has been through.
+#[derive(Clone, Copy)]
 pub(super) struct Recorded<'a> {
     pub arm: &'a Arm,
     pub noise: &'a Noise,
     pub views: &'a [View],
     pub filter: &'a ArmMixture,
-    pub steps: &'a [Step],
+    pub frames: &'a [Kept],
     pub samples: &'a [Sample],
 }
 
@@ -68,15 +79,39 @@ struct Delayed {
     estimates: Vec<Estimate>,
 }
 
-impl Recorded<'_> {
-    /// Every frame given the whole recording.
+impl<'a> Recorded<'a> {
+    /// The frames from `first` on, as many as are smoothed together, each given all about it; none beyond the last.
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`] where no trajectory is found.
-    pub fn estimates(&self) -> Result<Vec<Estimate>> {
+    pub fn estimates(&self, first: usize) -> Result<Vec<Estimate>> {
+        let count = self.frames.len();
+        if first >= count {
+            return Ok(Vec::new());
+        }
+        // What is left is not cut into a window and a rest.
+        let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
+        let (from, to) = (first.saturating_sub(LEAD), (end + LEAD).min(count));
+        let window = Self { frames: &self.frames[from..to], samples: self.samples_of(from, to), ..*self };
+        let mut estimates: Vec<Estimate> =
+            window.smoothed()?.into_iter().skip(first - from).take(end - first).collect();
+        self.judge(first, &mut estimates);
+        Ok(estimates)
+    }
+
+    /// The samples that frames may need, however late they were seen.
+    fn samples_of(&self, from: usize, to: usize) -> &'a [Sample] {
+        let apart = 1.0 + 3.0 * self.noise.clock.map_or(0.0, |clock| clock.start_sd);
+        let until = |time_s: f64| self.samples.partition_point(|sample| sample.time_s <= time_s);
+        let first = if from == 0 { 0 } else { until(self.frames[from].time_s - apart) };
+        &self.samples[first..until(self.frames[to - 1].time_s + apart)]
+    }
+
+    /// One window: all delays, weighed.
+    fn smoothed(&self) -> Result<Vec<Estimate>> {
         let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
-        let mut found =
-            self.at_delays(&DELAYS.map(|delay| delay * known_sd)[if known_sd > 0.0 { 0..9 } else { 4..5 }])?;
+        let delays = if known_sd > 0.0 { DELAYS.map(|delay| delay * known_sd).to_vec() } else { vec![0.0] };
+        let mut found = self.at_delays(&delays)?;
         let mut apart = 0.5 * known_sd;
         for _ in 0..FINER {
             let weights = weights(&found);
@@ -90,9 +125,7 @@ impl Recorded<'_> {
             found.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
         }
         let weights = weights(&found);
-        let mut estimates: Vec<Estimate> = (0..self.steps.len()).map(|step| together(&found, &weights, step)).collect();
-        self.judge(&mut estimates);
-        Ok(estimates)
+        Ok((0..self.frames.len()).map(|frame| together(&found, &weights, frame)).collect())
     }
 
     /// Those of the delays with which a trajectory is found; an error where there is none.
@@ -116,54 +149,64 @@ impl Recorded<'_> {
         Ok(Delayed { delay_s, log_density: log_evidence - 0.5 * in_sd * in_sd, estimates })
     }
 
-    /// The same frames, seen so much later by the IMU's clock; without the clock's column, which is the last.
-    fn retimed(&self, delay_s: f64, noise: &Noise) -> Result<Vec<Step>> {
+    /// The frames, seen so much later by the IMU's clock; without the clock's column, which is the last.
+    fn retimed(&self, delay_s: f64, noise: &Noise) -> Result<Vec<Step<'a>>> {
+        let dim = self.filter.dim_without_clock();
+        let short = |of: &DVector<f64>| of.rows(0, dim).into_owned();
         let mut timeline = Timeline::new(true);
         let first_s = self.samples.first().map_or(0.0, |sample| sample.time_s);
         let mut samples = self.samples.iter().peekable();
-        let mut steps = Vec::with_capacity(self.steps.len());
-        for (k, step) in self.steps.iter().enumerate() {
+        let mut steps = Vec::with_capacity(self.frames.len());
+        for (k, frame) in self.frames.iter().enumerate() {
             // A frame before the first sample is met with it.
-            let time_s = (step.time_s + delay_s).max(first_s + 1e-9 * (k as f64));
+            let time_s = (frame.time_s + delay_s).max(first_s + 1e-9 * (k as f64));
             while let Some(sample) = samples.next_if(|sample| sample.time_s <= time_s) {
                 timeline.take(sample, noise)?;
             }
             timeline.reach_frame(time_s, noise)?;
-            if step.start.is_some() {
+            let start = match &frame.start {
+                Some(Gaussian { mean, covariance }) => {
+                    Some(Gaussian { mean: short(mean), covariance: covariance.view((0, 0), (dim, dim)).into_owned() })
+                }
+                None => (k == 0).then(|| self.amid(short(&frame.means[0]), noise)),
+            };
+            if start.is_some() {
                 timeline.clear_pending();
             }
-            let short = |of: &DVector<f64>| of.rows(0, self.filter.dim_without_clock()).into_owned();
-            let start = step.start.as_ref().map(|Gaussian { mean, covariance }| {
-                let dim = self.filter.dim_without_clock();
-                Gaussian { mean: short(mean), covariance: covariance.view((0, 0), (dim, dim)).into_owned() }
-            });
             steps.push(Step {
-                time_s: step.time_s,
+                time_s: frame.time_s,
                 worn: timeline.worn().cloned().unwrap_or_else(WornMotion::none),
                 world_sensor: timeline.world_sensor(noise),
                 stale_s: timeline.stale_s(noise),
                 is_rest: timeline.is_rest(noise),
-                pixels: step.pixels.clone(),
-                is_unknown: step.is_unknown,
+                pixels: &frame.pixels,
                 start,
-                means: [short(&step.means[0]), short(&step.means[1])],
+                means: [short(&frame.means[0]), short(&frame.means[1])],
             });
             timeline.clear_pending();
         }
         Ok(steps)
     }
 
+    /// What is known where a window starts amid a recording.
+    fn amid(&self, mean: DVector<f64>, noise: &Noise) -> Gaussian {
+        let (_, mut sd) = Layout::new(noise).start(self.arm, noise);
+        sd.rows_mut(POSITION, 3).fill(AMID_M);
+        sd.rows_mut(VELOCITY, 3).fill(AMID_M_S);
+        Gaussian { mean, covariance: DMatrix::from_diagonal(&sd.component_mul(&sd)) }
+    }
+
     /// What speaks against them, as of the filter's own.
-    fn judge(&self, estimates: &mut [Estimate]) {
+    fn judge(&self, first: usize, estimates: &mut [Estimate]) {
         let mut plausibility = Plausibility::new();
-        for (step, estimate) in self.steps.iter().zip(estimates) {
-            if step.start.is_some() {
+        for (frame, estimate) in self.frames[first..].iter().zip(estimates) {
+            if frame.start.is_some() {
                 plausibility = Plausibility::new();
             }
-            let sightings = super::branch::sightings(self.views, &step.pixels);
-            let (arm, noise, world_sensor) = (self.arm, self.noise, step.world_sensor);
+            let sightings = sightings(self.views, &frame.pixels);
+            let (arm, noise, world_sensor) = (self.arm, self.noise, frame.world_sensor);
             let doubt = plausibility.doubt(estimate, &Judged { arm, noise, sightings: &sightings, world_sensor });
-            estimate.doubt = if step.is_unknown { Some(UNKNOWN) } else { doubt };
+            estimate.doubt = if frame.is_unknown { Some(UNKNOWN) } else { doubt };
         }
     }
 }
@@ -179,13 +222,13 @@ fn weights(found: &[Delayed]) -> Vec<f64> {
     each.into_iter().map(|weight| weight / sum).collect()
 }
 
-/// One estimate of a step from those of all delays; the delay is the last column of its state.
-fn together(found: &[Delayed], weights: &[f64], step: usize) -> Estimate {
+/// One estimate of a frame from those of all delays; the delay is the last column of its state.
+fn together(found: &[Delayed], weights: &[f64], frame: usize) -> Estimate {
     let parts: Vec<(f64, &Delayed)> =
         weights.iter().copied().zip(found).filter(|(weight, _)| *weight > LEAST).collect();
     let sum: f64 = parts.iter().map(|(weight, _)| weight).sum();
     let parts: Vec<(f64, &Delayed)> = parts.into_iter().map(|(weight, one)| (weight / sum, one)).collect();
-    let of = |one: &Delayed| one.estimates[step].mean.push(one.delay_s);
+    let of = |one: &Delayed| one.estimates[frame].mean.push(one.delay_s);
     let mut mean = of(parts[0].1) * 0.0;
     for (weight, one) in &parts {
         mean += of(one) * *weight;
@@ -196,11 +239,11 @@ fn together(found: &[Delayed], weights: &[f64], step: usize) -> Estimate {
         let off = of(one) - &mean;
         covariance += &off * off.transpose() * *weight;
         let mut own = covariance.view_mut((0, 0), (dim - 1, dim - 1));
-        own += &one.estimates[step].covariance * *weight;
+        own += &one.estimates[frame].covariance * *weight;
     }
     let points = |of: fn(&Estimate) -> &Point| {
-        Point::together(&parts.iter().map(|(weight, one)| (*weight, of(&one.estimates[step]))).collect::<Vec<_>>())
+        Point::together(&parts.iter().map(|(weight, one)| (*weight, of(&one.estimates[frame]))).collect::<Vec<_>>())
     };
     let (wrist, elbow) = (points(|e| &e.wrist), points(|e| &e.elbow));
-    Estimate { mean, covariance, wrist, elbow, ..parts[0].1.estimates[step].clone() }
+    Estimate { mean, covariance, wrist, elbow, ..parts[0].1.estimates[frame].clone() }
 }

@@ -6,10 +6,9 @@ use super::mixture::ArmMixture;
 use super::particle::{ArmLayer, ArmParticles, Frame};
 use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
 use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
-use super::smooth::{Recorded, Step};
+use super::smooth::{Kept, Memory, Recorded};
 use super::state::{Arm, Estimate, Noise, View, require_finite};
 use super::timeline::Timeline;
-use super::worn::WornMotion;
 use crate::error::require;
 use crate::filter::{Gaussian, Recorder, Resampling};
 use crate::particles::ParticleSet;
@@ -19,7 +18,7 @@ use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// One IMU sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     /// Recording time, s.
     pub time_s: f64,
@@ -93,7 +92,7 @@ pub struct ArmTracker {
     is_unknown: bool,
     restarts: u64,
     /// What every frame brought, where it is kept.
-    steps: Option<Vec<Step>>,
+    kept: Option<Memory>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -141,7 +140,7 @@ impl ArmTracker {
             blind_s: 0.0,
             is_unknown: false,
             restarts: 0,
-            steps: keeps_frames.then(Vec::new),
+            kept: keeps_frames.then(Memory::default),
         })
     }
 
@@ -163,7 +162,11 @@ impl ArmTracker {
     /// # Errors
     /// [`Error::Late`], [`Error::NotFinite`], [`Error::QuaternionNorm`]; the tracker is then as before.
     pub fn predict(&mut self, sample: &Sample) -> Result<()> {
-        self.timeline.take(sample, &self.noise)
+        self.timeline.take(sample, &self.noise)?;
+        if let Some(kept) = &mut self.kept {
+            kept.samples.push(*sample);
+        }
+        Ok(())
     }
 
     /// Take a camera frame: where each camera saw the patch, `None` where it did not.
@@ -241,11 +244,9 @@ impl ArmTracker {
         if self.is_unknown {
             estimate.doubt = Some(UNKNOWN);
         }
-        if let (Some(steps), Filter::Mixture(filter)) = (&mut self.steps, &self.filter) {
-            let Frame { stale_s, is_rest, worn, .. } = frame;
-            let (worn, pixels) = (worn.unwrap_or_else(WornMotion::none), pixels.to_vec());
-            let (is_unknown, means) = (self.is_unknown, filter.means());
-            steps.push(Step { time_s, worn, world_sensor, stale_s, is_rest, pixels, is_unknown, start, means });
+        if let (Some(kept), Filter::Mixture(filter)) = (&mut self.kept, &self.filter) {
+            let (pixels, is_unknown, means) = (pixels.to_vec(), self.is_unknown, filter.means());
+            kept.frames.push(Kept { time_s, world_sensor, pixels, is_unknown, start, means });
         }
         self.lost_at_s = None;
         self.last_world_sensor = Some(world_sensor);
@@ -257,23 +258,23 @@ impl ArmTracker {
     /// What is known before the frame that the track starts at, where frames are kept.
     fn start_to_keep(&self) -> Option<Gaussian> {
         match &self.filter {
-            Filter::Mixture(filter) if self.steps.is_some() && self.last_world_sensor.is_none() => {
+            Filter::Mixture(filter) if self.kept.is_some() && self.last_world_sensor.is_none() => {
                 Some(filter.as_gaussian())
             }
             _ => None,
         }
     }
 
-    /// Every frame so far given all of them and the samples that they came with, one estimate a frame; empty where frames are
-    /// not kept.
+    /// Frames so far, from number `first` on, each given those about it: as many as are smoothed together; none beyond the
+    /// last, or where frames are not kept.
     ///
     /// # Errors
     /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
-    pub fn smoothed(&self, samples: &[Sample]) -> Result<Vec<Estimate>> {
-        match (&self.steps, &self.filter) {
-            (Some(steps), Filter::Mixture(filter)) if !steps.is_empty() => {
+    pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
+        match (&self.kept, &self.filter) {
+            (Some(Memory { frames, samples }), Filter::Mixture(filter)) => {
                 let Self { arm, noise, views, .. } = self;
-                Recorded { arm, noise, views, filter, steps, samples }.estimates()
+                Recorded { arm, noise, views, filter, frames, samples }.estimates(first)
             }
             _ => Ok(Vec::new()),
         }

@@ -162,7 +162,7 @@ impl Mixture {
 }
 
 /// A standard normal as narrower ones: place and logarithm of the weight of each; and the standard deviation of all.
-pub fn narrower() -> ([(f64, f64); PLACES.len()], f64) {
+fn narrower() -> ([(f64, f64); PLACES.len()], f64) {
     let spread: f64 = PLACES.iter().zip(SHARES).map(|(place, share)| share * place * place).sum();
     let (scale, total) = (((1.0 - NARROWER * NARROWER) / spread).sqrt(), SHARES.iter().sum::<f64>());
     (std::array::from_fn(|k| (PLACES[k] * scale, (SHARES[k] / total).ln())), NARROWER)

@@ -127,20 +127,12 @@ impl ArmTracker {
         }
     }
 
-    /// Every frame so far given all of them, and the IMU's samples that they came with (as of `run`): a dict of arrays as
-    /// of `run`, a row a frame; no row but for a method that smooths. Raises `TrackingError` where no trajectory is found.
-    #[pyo3(signature = (imu_time_s, acc, q_world_sensor, gyr, threads = None))]
-    fn smoothed<'py>(
-        &self,
-        py: Python<'py>,
-        imu_time_s: PyReadonlyArray1<'py, f64>,
-        acc: PyReadonlyArray2<'py, f64>,
-        q_world_sensor: PyReadonlyArray2<'py, f64>,
-        gyr: Option<PyReadonlyArray2<'py, f64>>,
-        threads: Option<usize>,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let samples = samples(&imu_time_s, &acc, &q_world_sensor, gyr.as_ref())?;
-        table(py, &compute(py, threads, || self.0.smoothed(&samples))?)
+    /// Frames so far, from number `first` on, each given those about it: a dict of arrays as of `run`, as many rows as are
+    /// smoothed together; none beyond the last, or of a method that does not smooth. Raises `TrackingError` where no
+    /// trajectory is found.
+    #[pyo3(signature = (first, threads = None))]
+    fn smoothed<'py>(&self, py: Python<'py>, first: usize, threads: Option<usize>) -> PyResult<Bound<'py, PyDict>> {
+        table(py, &compute(py, threads, || self.0.smoothed(first))?)
     }
 
     /// The particles as they stand, `(N, D)`; `None` for a Gaussian method.
