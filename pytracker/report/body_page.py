@@ -53,7 +53,7 @@ def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
     )
     if scores is not None:
         words += (
-            f" Against the truth the eight joints are {100 * scores.average_m:.1f} cm off on average "
+            f" Against the truth the {len(scores.joints)} joints are {100 * scores.average_m:.1f} cm off on average "
             f"(standard deviation {100 * scores.average_sd_m:.1f} cm)."
         )
     return words
