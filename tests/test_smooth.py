@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import importlib
+from typing import Any
 
 import numpy as np
 import pytest
@@ -105,6 +106,21 @@ def test_where_it_finds_no_trajectory_the_filters_estimates_stay_and_say_so(monk
     assert np.isfinite(track.joints["wrist"].mean).all()
     assert not track.valid.any()
     assert "could not be smoothed" in track.reason[0]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"bias": False}, {"tilt_start_sd_rad": 0.0}, {"shoulder_sd_m": 0.0}, {"shoulder": False}, {"offset": False},
+        {"clock_sd_s": 0.0}, {"components": 1}, {"bias_density": 0.0, "tilt_density": 0.0},
+    ],
+    ids=str,
+)  # fmt: skip
+def test_what_is_known_exactly_is_no_trouble(values: dict[str, Any]) -> None:
+    recording, sightings = played(pt.ArmScene(duration_s=4.0), 2, 2.0)
+    track = pt.track(recording, pt.Smooth(**values), sightings=sightings)
+    assert track.valid.mean() > 0.95
+    assert pt.evaluate(track, recording.truth).joints["wrist"].rms_m < 0.12
 
 
 def test_frames_before_the_first_sample_and_after_the_last_are_survived() -> None:

@@ -188,8 +188,14 @@ fn gain(chain: &impl Chain, forward: &Forward, step: usize) -> Result<Option<DMa
     if chain.start(step).is_some() {
         return Ok(None);
     }
-    let factor = forward.predicted[step].covariance.clone().cholesky();
-    let factor = factor.ok_or(Error::Singular { time_s: chain.time_s(step) })?;
+    let mut ahead = forward.predicted[step].covariance.clone();
+    // What is known exactly follows nothing: any spread will do.
+    for d in 0..ahead.nrows() {
+        if ahead[(d, d)] <= 0.0 {
+            ahead[(d, d)] = 1.0;
+        }
+    }
+    let factor = ahead.cholesky().ok_or(Error::Singular { time_s: chain.time_s(step) })?;
     let across = &forward.transitions[step] * &forward.filtered[step - 1].covariance;
     Ok(Some(factor.solve(&across).transpose()))
 }
