@@ -69,6 +69,14 @@ def test_same_bytes_for_any_number_of_threads(sensed: Path) -> None:
     assert len({track.angles.tobytes() for track in tracks}) == 1
 
 
+def test_the_page_says_which_senses_were_used(sensed: Path, tmp_path: Path) -> None:
+    recording = without(load(sensed), imus=2)
+    for method, said in ((pt.Partitioned(particles=50), True), (pt.BodyPlain(particles=50), False)):
+        out = pt.write_report([pt.track(recording, method, 1)], tmp_path / method.name)
+        page = (out / "index.html").read_text("utf-8")
+        assert ("keypoints and inertial sensors (left forearm, right forearm) told besides" in page) == said
+
+
 def test_the_paper_sees_neither(sensed: Path) -> None:
     recording = load(sensed)
     bare = without(recording, keypoints=False)

@@ -51,12 +51,25 @@ def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
         f"95 % band of on average ±{100 * band[0]:.1f} cm sideways, ±{100 * band[1]:.1f} cm in height and "
         f"±{100 * band[2]:.1f} cm in depth, which a single camera does not see."
     )
+    besides = _besides(track)
+    if besides:
+        words += f" {besides} told besides where the arms are."
     if scores is not None:
         words += (
             f" Against the truth the {len(scores.joints)} joints are {100 * scores.average_m:.1f} cm off on average "
             f"(standard deviation {100 * scores.average_sd_m:.1f} cm)."
         )
     return words
+
+
+def _besides(track: BodyTrack) -> str:
+    """The senses that were used beside the picture, in words."""
+    recording, cues = track.recording, track.method.cues
+    senses = ["A detector's keypoints"] if recording.view.keypoints is not None and "keypoints" in cues else []
+    if recording.imus and "orientation" in cues:
+        worn = ", ".join(imu.segment.replace("_", " ") for imu in recording.imus)
+        senses.append(f"{'inertial' if senses else 'Inertial'} sensors ({worn})")
+    return " and ".join(senses)
 
 
 def _figures(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequence[Scores | None]) -> list[PageFigure]:
