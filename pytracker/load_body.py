@@ -16,7 +16,7 @@ from pytracker.formats.amc import read_amc
 from pytracker.formats.asf import read_asf
 from pytracker.formats.points import read_points
 from pytracker.load_imu import load_imu
-from pytracker.load_keypoints import files_of, load_keypoints
+from pytracker.load_keypoints import files_of, load_keypoints, uncovered
 from pytracker.load_truth import POINT_FORMATS, load_points
 from pytracker.load_worn import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.projection import camera_of, fit_weak_perspective
@@ -49,6 +49,8 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
+    if view.keypoints is not None and camera_entry.keypoints is not None:
+        warnings += uncovered(folder / camera_entry.keypoints, view.keypoints, video.probe(view.video))
     imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
     warnings += said
     if truth is not None:

@@ -10,15 +10,28 @@ from pytracker._core import InputError
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
 
-__all__ = ["files_of", "in_pixels", "load_keypoints"]
+__all__ = ["files_of", "in_pixels", "load_keypoints", "uncovered"]
 
 OUTSIDE = 0.25
 """More points outside the picture, and they are of another."""
+COVERED = 0.9
+"""Fewer frames than this share of the video's, and something is missing."""
 
 
 def load_keypoints(path: Path, model: str, video: Path, info: VideoInfo) -> Keypoints:
     """Read them, of `video`. Raises `InputError`."""
     return in_pixels(path, read_keypoints(path, model), video, info)
+
+
+def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:
+    """A word where keypoints end long before their video, or begin long after it."""
+    first, last = int(keypoints.frames[0]), int(keypoints.frames[-1])
+    if not info.frame_count or last - first + 1 >= COVERED * info.frame_count:
+        return ()
+    return (
+        f"{path}: the keypoints are of frames {first} to {last}, and the video has {info.frame_count}; the others are "
+        "tracked without: another clip's, or cut short?",
+    )
 
 
 def files_of(path: Path) -> list[Path]:

@@ -269,7 +269,8 @@ class Smooth(Mixture):
     """The whole recording at once: what `Mixture` gives, smoothed by Gauss-Newton over all frames.
 
     Every frame is estimated from what comes before and after it. Online it gives what `Mixture` does; the state is
-    linearised again until it settles, and where it does not, the frames stay as they were and say so.
+    linearised again until it settles, eight times at most. Where no trajectory is found the frames stay as they were,
+    and say so.
     """
 
     filter: ClassVar[str] = "smoother"

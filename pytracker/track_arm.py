@@ -118,7 +118,7 @@ def _smoothed(tracker: ArmTracker, frames: int, progress: Progress | None, threa
     done = 0
     try:
         # Window by window: whoever stops a run does not wait for the whole of it.
-        while len(table := tracker.smoothed(done, threads=threads)) and len(table["ess"]):
+        while len((table := tracker.smoothed(done, threads=threads))["ess"]):
             tables.append(table)
             done += len(table["ess"])
             if progress is not None:

@@ -218,24 +218,24 @@ fn a_wild_keypoint_says_nothing_and_the_nearest_person_is_followed() {
 }
 
 #[test]
-fn a_sensor_says_where_its_segment_points_and_how_it_is_rolled() {
+fn a_sensor_says_where_its_segment_points() {
     // Left shoulder about x, y, z.
     let figure = figure(&[6, 7, 8]);
-    let measured = |segment: &str, roll: f64, turn: f64, roll_sd: f64| {
-        // Elbow to shoulder is -x here, and the elbow turns about x: as the bones of this figure lie the roll is about x, and
-        // the elbow's axis has none to show. A frame beside it: x along world y.
+    let measured = |segment: &str, turn: f64| {
+        // Elbow to shoulder is -x here; as the bones of this figure lie the elbow's axis is along it too, and shows no roll.
         let frame = UnitQuaternion::from_matrix(&Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0));
-        let q_world_segment = UnitQuaternion::from_euler_angles(roll, 0.0, turn) * frame;
-        Orientation { segment: Segment::from_name(segment).unwrap(), q_world_segment, sd: 0.1, roll_sd }
+        let q_world_segment = UnitQuaternion::from_euler_angles(0.0, 0.0, turn) * frame;
+        let segment = Segment::from_name(segment).unwrap();
+        Orientation { segment, q_world_segment, sd: 0.1, roll_sd: f64::INFINITY }
     };
     let cue = |orientations: &[Orientation], rows: &[f64]| {
         lost(&figure, rows, OrientationDistance { orientations, groups: &ALL, inflation: 1.0 })
     };
     for segment in ["left_upper_arm", "left_forearm"] {
-        let found = cue(&[measured(segment, 0.0, 0.3, f64::INFINITY)], &[0.0, 0.0, 0.3, 0.0, 0.0, 0.1, 0.7, 0.0, 0.3]);
+        let found = cue(&[measured(segment, 0.3)], &[0.0, 0.0, 0.3, 0.0, 0.0, 0.1, 0.7, 0.0, 0.3]);
         assert!(found[0] < 1e-9 && (found[1] - 2.0).abs() < 1e-9 && found[2] < 1e-9, "{found:?}");
         // Far off it is as bad as any.
-        assert!((cue(&[measured(segment, 0.0, 2.0, f64::INFINITY)], &[0.0; 3])[0] - 8.0).abs() < 1e-9);
+        assert!((cue(&[measured(segment, 2.0)], &[0.0; 3])[0] - 8.0).abs() < 1e-9);
     }
     assert!(Segment::from_name("left_leg").is_err());
 }

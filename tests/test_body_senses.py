@@ -131,6 +131,14 @@ def test_keypoints_of_a_longer_clip_are_refused(sensed: Path, tmp_path: Path) ->
         pt.load(folder)
 
 
+def test_keypoints_that_end_early_are_told(sensed: Path, tmp_path: Path) -> None:
+    folder = shutil.copytree(sensed, tmp_path / "short")
+    path = folder / "keypoints.csv"
+    path.write_text("\n".join(path.read_text("utf-8").splitlines()[:101]) + "\n", "utf-8")
+    (words,) = load(folder).warnings
+    assert "the keypoints are of frames 0 to 99, and the video has" in words
+
+
 def test_a_heading_that_is_not_given_is_found_from_the_first_pose(body: pt.BodyRecording) -> None:
     """Whatever it is, and whatever the sensor calls no roll; where the arm hangs it cannot be, and that is said."""
     pose = body.initial.copy()

@@ -1,6 +1,6 @@
 //! One recording of an arm as a chain of states that is smoothed ([`super::smooth`]).
 
-use super::colour::Sighting;
+use super::colour::sightings;
 use super::measurements::Seen;
 use super::mixture::ArmMixture;
 use super::particle::Frame;
@@ -42,11 +42,6 @@ pub(super) struct ArmBranch<'a> {
     pub views: &'a [View],
     pub filter: &'a ArmMixture,
     pub steps: &'a [Step<'a>],
-}
-
-/// Where each camera saw the patch, of those that did.
-pub(super) fn sightings<'a>(views: &'a [View], pixels: &[Option<Vector2<f64>>]) -> Vec<Sighting<'a>> {
-    views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? })).collect()
 }
 
 impl ArmBranch<'_> {

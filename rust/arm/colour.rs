@@ -127,3 +127,7 @@ impl Likelihood for Colour<'_> {
         });
     }
 }
+/// Where each camera saw the patch, of those that did.
+pub(super) fn sightings<'a>(views: &'a [View], pixels: &[Option<Vector2<f64>>]) -> Vec<Sighting<'a>> {
+    views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? })).collect()
+}

@@ -5,7 +5,8 @@
 //! bends everything: it is no column here. The frames are put at so many delays, each is a branch that is smoothed by itself,
 //! and they are weighed by their evidence.
 
-use super::branch::{ArmBranch, Step, sightings};
+use super::branch::{ArmBranch, Step};
+use super::colour::sightings;
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
 use super::state::{Arm, Estimate, Layout, Noise, POSITION, Point, VELOCITY, View};

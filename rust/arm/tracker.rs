@@ -1,6 +1,6 @@
 //! The online tracker: predict at every IMU sample, update at every camera frame.
 
-use super::colour::Sighting;
+use super::colour::sightings;
 use super::ekf::{ArmGaussian, Correction};
 use super::mixture::ArmMixture;
 use super::particle::{ArmLayer, ArmParticles, Frame};
@@ -217,12 +217,7 @@ impl ArmTracker {
             acceleration: self.timeline.acceleration(&self.noise),
             stale_s: self.timeline.stale_s(&self.noise),
             is_rest: self.timeline.is_rest(&self.noise),
-            sightings: self
-                .views
-                .iter()
-                .zip(pixels)
-                .filter_map(|(view, pixel)| pixel.map(|pixel| Sighting { view, pixel }))
-                .collect(),
+            sightings: sightings(&self.views, pixels),
         };
         let start = self.start_to_keep();
         // Until it is known that all went well: a filter that failed half-way must not be used again.
@@ -285,9 +280,7 @@ impl ArmTracker {
         self.blind_s += self.timeline.pending_gap_s();
         let waited_s = self.last_frame_s.map_or(0.0, |last| time_s - last);
         self.is_unknown |= self.blind_s > BLIND_S || waited_s > NO_FRAME_S;
-        let mut seen =
-            self.views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? }));
-        let Some(sighting) = seen.next() else { return };
+        let Some(sighting) = sightings(&self.views, pixels).into_iter().next() else { return };
         self.blind_s = 0.0;
         let sees_patch = match &self.filter {
             Filter::Particles(filter) => filter.sees_patch(),
