@@ -93,7 +93,7 @@ fn camera_frame(c: &mut Criterion) {
 /// Twenty seconds of a wrist that hardly moves, at 25 frames/s.
 fn recording(c: &mut Criterion) {
     let corrections = vec![Correction::ArmLength];
-    let mut smoother = tracker(Method::Smoother { corrections, components: 12 }, worn());
+    let mut smoother = tracker(Method::Smoother { corrections, components: 12, setup: None }, worn());
     let mut time_s = 0.0;
     for k in 0..500 {
         frame_at(&mut smoother, &mut time_s, 250.0 + 3.0 * (0.1 * f64::from(k)).sin());

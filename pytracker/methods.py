@@ -270,7 +270,15 @@ class Smooth(Mixture):
 
     Every frame is estimated from what comes before and after it. Online it gives what `Mixture` does; the state is
     linearised again until it settles, eight times at most. Where no trajectory is found the frames stay as they were,
-    and say so.
+    and say so. What was measured once is estimated with the rest, and widens the bands where the data do not tell it.
+
+    Attributes:
+        upper_arm_sd_m: how well the upper arm's length is known, m.
+        forearm_sd_m: how well the forearm's length is known, m.
+        shoulder_place_sd_m: how well the place about which the shoulder moves is known, m per axis.
+        camera_turn_sd_rad: how well a camera's direction is known, rad per axis.
+        camera_distance_sd_m: how well a camera's distance is known, m.
+        focal_sd: how well its focal length is known, as a share of it.
     """
 
     filter: ClassVar[str] = "smoother"
@@ -278,6 +286,12 @@ class Smooth(Mixture):
     arm_length_sd_m: float = 0.02
     shoulder_sd_m: float = 0.03
     shoulder_density: float = 0.045
+    upper_arm_sd_m: float = 0.015
+    forearm_sd_m: float = 0.01
+    shoulder_place_sd_m: float = 0.025
+    camera_turn_sd_rad: float = 0.012
+    camera_distance_sd_m: float = 0.08
+    focal_sd: float = 0.015
 
 
 METHODS: dict[str, type[ArmMethod]] = {

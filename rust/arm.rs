@@ -19,6 +19,7 @@
 //! | [`worn`] | not in the paper: the motion of a worn sensor, whose orientation is not quite right |
 //! | [`measurements`] | not in the paper: what a frame measures of that state, with slopes |
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
+//! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
 //! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states |
 //! | [`tracker`] | the online tracker over all of them |
 
@@ -33,6 +34,7 @@ pub mod particle;
 pub mod pause;
 pub mod plausible;
 pub mod rest;
+pub mod setup;
 pub mod smooth;
 pub mod state;
 pub mod timeline;

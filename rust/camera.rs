@@ -85,6 +85,11 @@ impl Camera {
         &self.matrix
     }
 
+    /// World -> camera.
+    pub fn rotation(&self) -> &Matrix3<f64> {
+        &self.rotation
+    }
+
     /// Pixel of a world point; `None` behind the camera or where the distortion model no longer holds.
     #[inline]
     pub fn project(&self, world: Vector3<f64>) -> Option<Vector2<f64>> {

@@ -16,6 +16,8 @@ use std::f64::consts::TAU;
 pub struct Sighting<'a> {
     /// Where it was seen from.
     pub view: &'a View,
+    /// Which of the cameras that is.
+    pub camera: usize,
     /// Patch centre, px.
     pub pixel: Vector2<f64>,
 }
@@ -129,5 +131,6 @@ impl Likelihood for Colour<'_> {
 }
 /// Where each camera saw the patch, of those that did.
 pub(super) fn sightings<'a>(views: &'a [View], pixels: &[Option<Vector2<f64>>]) -> Vec<Sighting<'a>> {
-    views.iter().zip(pixels).filter_map(|(view, pixel)| Some(Sighting { view, pixel: (*pixel)? })).collect()
+    let each = views.iter().zip(pixels).enumerate();
+    each.filter_map(|(camera, (view, pixel))| Some(Sighting { view, camera, pixel: (*pixel)? })).collect()
 }

@@ -4,6 +4,7 @@
 
 use super::colour::Sighting;
 use super::particle::Frame;
+use super::setup::{OF_ARM, PER_CAMERA, SHOULDER, SeenBy, seen_by};
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
 use crate::filter::{Gaussian, Linear};
 use crate::{Error, Result};
@@ -74,10 +75,15 @@ impl<'a> Seen<'a> {
 
     /// The elbow by the IMU's clock, world, m, and its slope `(3, D)`.
     fn elbow(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
-        let (forearm, by_tilt) = self.turned(state, self.forearm);
+        let along: Vector3<f64> = self.world_sensor.column(1).into();
+        let longer = self.layout.setup.map_or(0.0, |column| state[column + 1]);
+        let (forearm, by_tilt) = self.turned(state, self.forearm + along * longer);
         let mut slope = self.by_position();
         if let Some((column, by_tilt)) = by_tilt {
             slope.fixed_view_mut::<3, 3>(0, column).copy_from(&by_tilt);
+        }
+        if let Some(column) = self.layout.setup {
+            slope.fixed_view_mut::<3, 1>(0, column + 1).copy_from(&(self.turn(state) * along));
         }
         (state.fixed_rows::<3>(POSITION) + forearm, slope)
     }
@@ -86,7 +92,8 @@ impl<'a> Seen<'a> {
     fn upper_arm(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
         let (elbow, mut slope) = self.elbow(state);
         let mut shoulder = self.arm.shoulder;
-        if let Some(column) = self.layout.shoulder {
+        let place = self.layout.setup.map(|column| column + SHOULDER);
+        for column in self.layout.shoulder.into_iter().chain(place) {
             shoulder += state.fixed_rows::<3>(column);
             slope.fixed_view_mut::<3, 3>(0, column).copy_from(&-Matrix3::identity());
         }
@@ -110,10 +117,17 @@ impl<'a> Seen<'a> {
         let (glued, by_tilt) = self.turned(state, self.world_sensor * offset);
         let (wrist, by_state) = self.wrist(state);
         let time_s = self.frame.time_s;
-        let seen = sighting.view.camera.project_with_jacobian(wrist + glued);
-        let (pixel, by_patch) = seen.ok_or(Error::RanAway { time_s })?;
+        let first = self.layout.setup.map(|column| column + OF_ARM + PER_CAMERA * sighting.camera);
+        let seen = match first {
+            Some(first) => seen_by(sighting.view, &state.rows(first, PER_CAMERA).into_owned(), wrist + glued),
+            None => SeenBy::rightly(sighting.view, wrist + glued),
+        };
+        let SeenBy { pixel, by_point: by_patch, by_camera } = seen.ok_or(Error::RanAway { time_s })?;
         let by_state = by_patch * by_state;
         let mut slope = DMatrix::from_fn(2, self.layout.dim, |r, c| by_state[(r, c)]);
+        if let Some(first) = first {
+            slope.columns_mut(first, PER_CAMERA).copy_from(&by_camera);
+        }
         if let Some((column, by_tilt)) = by_tilt {
             slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * by_tilt));
         }
@@ -137,13 +151,17 @@ impl<'a> Seen<'a> {
             return None;
         }
         let along = upper_arm / length;
-        let slope = along.transpose() * &by_state;
+        let mut slope = along.transpose() * &by_state;
         let spread = &by_state * covariance * by_state.transpose();
         let bend = (Matrix3::identity() - along * along.transpose()) / length;
         let bent: Matrix3<f64> = bend * Matrix3::from_fn(|r, c| spread[(r, c)]);
         let (more, more_variance) = (0.5 * bent.trace(), 0.5 * (bent * bent).trace());
         let sd = self.length_sd(along);
-        let residual = DVector::from_element(1, self.arm.upper_arm_m - length - more);
+        let mut residual = DVector::from_element(1, self.arm.upper_arm_m - length - more);
+        if let Some(column) = self.layout.setup {
+            residual[0] += state[column];
+            slope[column] -= 1.0;
+        }
         let noise = DMatrix::from_element(1, 1, sd * sd + more_variance);
         Some((residual, DMatrix::from_row_slice(1, self.layout.dim, slope.as_slice()), noise))
     }
@@ -181,6 +199,7 @@ impl<'a> Seen<'a> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::setup::Setup;
     use super::super::state::{GaussMarkov, View};
     use super::*;
     use crate::camera::Camera;
@@ -192,7 +211,17 @@ mod tests {
     fn noise() -> Noise {
         let some = |start_sd| Some(GaussMarkov { start_sd, density: 0.01 });
         let (bias, tilt, offset) = (some(0.1), some(0.02), some(0.01));
-        Noise { bias, tilt, offset, shoulder: some(0.02), clock: some(0.05), ..Noise::default() }
+        let setup = Setup {
+            upper_arm_sd: 0.01,
+            forearm_sd: 0.02,
+            shoulder_sd: 0.02,
+            turn_sd: 0.01,
+            distance_sd: 0.05,
+            focal_sd: 0.02,
+            cameras: 2,
+        };
+        let (shoulder, clock, setup) = (some(0.02), some(0.05), Some(setup));
+        Noise { bias, tilt, offset, shoulder, clock, setup, ..Noise::default() }
     }
 
     fn arm() -> Arm {
@@ -216,7 +245,7 @@ mod tests {
         let empty = Frame::empty(1.0, Quaternion::from_wxyz([0.5, 0.1, -0.7, 0.5]));
         let frame = Frame { acceleration: Vector3::new(1.0, -2.0, 3.0), ..empty };
         let seen = Seen::new(Layout::new(&noise), &arm, &noise, &frame);
-        check(&seen, &Sighting { view: &view, pixel: Vector2::new(300.0, 250.0) });
+        check(&seen, &Sighting { view: &view, camera: 1, pixel: Vector2::new(300.0, 250.0) });
     }
 
     /// What falls in the residual as a column grows is the slope.

@@ -84,7 +84,7 @@ mod tests {
             wrist_start: Vector3::zeros(),
         };
         for pixel in [Vector2::new(330.0, 200.0), Vector2::new(250.0, 260.0), Vector2::new(20.0, 30.0)] {
-            let sighting = Sighting { view: &view, pixel };
+            let sighting = Sighting { view: &view, camera: 0, pixel };
             let stretch = Stretch::within_reach(&arm, &Noise::default(), &sighting, Vector3::zeros());
             for place in [stretch.middle - stretch.half, stretch.middle, stretch.middle + stretch.half] {
                 assert!((view.camera.project(place).unwrap() - pixel).norm() < 1e-6);

@@ -9,6 +9,7 @@ use super::branch::{ArmBranch, Step};
 use super::colour::sightings;
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
+use super::setup::Setup;
 use super::state::{Arm, Estimate, Layout, Noise, POSITION, Point, VELOCITY, View};
 use super::timeline::Timeline;
 use super::tracker::Sample;
@@ -59,6 +60,8 @@ pub struct Memory {
     pub frames: Vec<Kept>,
     /// Every sample so far.
     pub samples: Vec<Sample>,
+    /// How well lengths and cameras are known.
+    pub setup: Option<Setup>,
 }
 
 /// A recording of an arm that a mixture has been through.
@@ -70,6 +73,7 @@ pub(super) struct Recorded<'a> {
     pub filter: &'a ArmMixture,
     pub frames: &'a [Kept],
     pub samples: &'a [Sample],
+    pub setup: Option<Setup>,
 }
 
 /// A delay of the camera, and the recording smoothed with it.
@@ -140,7 +144,7 @@ impl<'a> Recorded<'a> {
     }
 
     fn delayed(&self, delay_s: f64) -> Result<Delayed> {
-        let noise = Noise { clock: None, ..self.noise.clone() };
+        let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
         let steps = self.retimed(delay_s, &noise)?;
         let branch = ArmBranch { arm: self.arm, noise: &noise, views: self.views, filter: self.filter, steps: &steps };
         let Smoothed { states, log_evidence, .. } = branch.smoothed()?;
@@ -153,7 +157,9 @@ impl<'a> Recorded<'a> {
     /// The frames, seen so much later by the IMU's clock; without the clock's column, which is the last.
     fn retimed(&self, delay_s: f64, noise: &Noise) -> Result<Vec<Step<'a>>> {
         let dim = self.filter.dim_without_clock();
-        let short = |of: &DVector<f64>| of.rows(0, dim).into_owned();
+        let (_, sd) = Layout::new(noise).start(self.arm, noise);
+        // Lengths and cameras are as they are said to be at first.
+        let long = |of: &DVector<f64>| of.rows(0, dim).into_owned().resize_vertically(sd.len(), 0.0);
         let mut timeline = Timeline::new(true);
         let first_s = self.samples.first().map_or(0.0, |sample| sample.time_s);
         let mut samples = self.samples.iter().peekable();
@@ -167,9 +173,11 @@ impl<'a> Recorded<'a> {
             timeline.reach_frame(time_s, noise)?;
             let start = match &frame.start {
                 Some(Gaussian { mean, covariance }) => {
-                    Some(Gaussian { mean: short(mean), covariance: covariance.view((0, 0), (dim, dim)).into_owned() })
+                    let mut known = DMatrix::from_diagonal(&sd.component_mul(&sd));
+                    known.view_mut((0, 0), (dim, dim)).copy_from(&covariance.view((0, 0), (dim, dim)));
+                    Some(Gaussian { mean: long(mean), covariance: known })
                 }
-                None => (k == 0).then(|| self.amid(short(&frame.means[0]), noise)),
+                None => (k == 0).then(|| self.amid(long(&frame.means[0]), noise)),
             };
             if start.is_some() {
                 timeline.clear_pending();
@@ -182,7 +190,7 @@ impl<'a> Recorded<'a> {
                 is_rest: timeline.is_rest(noise),
                 pixels: &frame.pixels,
                 start,
-                means: [short(&frame.means[0]), short(&frame.means[1])],
+                means: [long(&frame.means[0]), long(&frame.means[1])],
             });
             timeline.clear_pending();
         }

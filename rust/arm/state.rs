@@ -1,5 +1,6 @@
 //! The arm, the noise around it, the columns of the state, and what an estimate says.
 
+use super::setup::Setup;
 use crate::camera::Camera;
 use crate::filter::{Gaussian, Mixture};
 use crate::particles::{NORMAL_UPPER, ParticleSet, Summary};
@@ -92,6 +93,8 @@ pub struct Noise {
     pub shoulder: Option<GaussMarkov>,
     /// How much later the camera sees than the IMU's clock says, s, where it is estimated (mixture only).
     pub clock: Option<GaussMarkov>,
+    /// Lengths and cameras that are not quite known, where they are estimated (smoother only).
+    pub setup: Option<Setup>,
     /// How `accel_density` grows with what the wrist accelerates by, per m/s² (mixture only).
     pub accel_growth: f64,
     /// Direction of the forearm beside the sensor's axis: skin and strap, rad (mixture only).
@@ -154,6 +157,7 @@ impl Default for Noise {
             tilt: None,
             shoulder: None,
             clock: None,
+            setup: None,
             accel_growth: 0.0,
             forearm_sd: 0.0,
         }
@@ -192,6 +196,8 @@ pub struct Layout {
     pub shoulder: Option<usize>,
     /// Column of the clock's error.
     pub clock: Option<usize>,
+    /// First column of lengths and cameras.
+    pub setup: Option<usize>,
     /// Number of columns.
     pub dim: usize,
 }
@@ -216,13 +222,21 @@ impl Layout {
         let offset = take(noise.offset.is_some(), 3);
         let shoulder = take(noise.shoulder.is_some(), 3);
         let clock = take(noise.clock.is_some(), 1);
-        Self { bias, offset, tilt, shoulder, clock, dim }
+        let setup = take(noise.setup.is_some(), noise.setup.map_or(0, |setup| setup.width()));
+        Self { bias, offset, tilt, shoulder, clock, setup, dim }
     }
 
     /// What is estimated beside the columns that a worn sensor's motion mixes: first column, how many, process.
     pub fn others(self, noise: &Noise) -> Vec<(usize, usize, GaussMarkov)> {
         let others = [(self.offset, 3, noise.offset), (self.shoulder, 3, noise.shoulder), (self.clock, 1, noise.clock)];
-        others.into_iter().filter_map(|(column, width, of)| Some((column?, width, of?))).collect()
+        let others = others.into_iter().filter_map(|(column, width, of)| Some((column?, width, of?)));
+        others.chain(self.constants(noise)).collect()
+    }
+
+    /// Lengths and cameras: first column, how many, process.
+    fn constants(self, noise: &Noise) -> Vec<(usize, usize, GaussMarkov)> {
+        let (Some(first), Some(setup)) = (self.setup, &noise.setup) else { return Vec::new() };
+        setup.processes().into_iter().map(|(column, width, process)| (first + column, width, process)).collect()
     }
 
     /// Mean `(D,)` and standard deviation `(D,)` of the state at the first frame.
@@ -242,6 +256,9 @@ impl Layout {
             if let (Some(column), Some(walk)) = (column, walk) {
                 sd.rows_mut(column, width).fill(walk.start_sd);
             }
+        }
+        for (column, width, constant) in self.constants(noise) {
+            sd.rows_mut(column, width).fill(constant.start_sd);
         }
         (mean, sd)
     }

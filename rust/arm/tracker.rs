@@ -6,6 +6,7 @@ use super::mixture::ArmMixture;
 use super::particle::{ArmLayer, ArmParticles, Frame};
 use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
 use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
+use super::setup::Setup;
 use super::smooth::{Kept, Memory, Recorded};
 use super::state::{Arm, Estimate, Noise, View, require_finite};
 use super::timeline::Timeline;
@@ -60,6 +61,8 @@ pub enum Method {
         corrections: Vec<Correction>,
         /// As those of the mixture.
         components: usize,
+        /// How well lengths and cameras are known; of as many cameras as there are.
+        setup: Option<Setup>,
     },
 }
 
@@ -110,13 +113,20 @@ impl ArmTracker {
     pub fn new(arm: Arm, views: Vec<View>, noise: Noise, method: Method, seed: u64) -> Result<Self> {
         arm.check()?;
         noise.check()?;
-        let keeps_frames = matches!(method, Method::Smoother { .. });
+        let kept = match &method {
+            Method::Smoother { setup, .. } => {
+                let setup = setup.map(|setup| Setup { cameras: views.len(), ..setup });
+                setup.iter().try_for_each(Setup::check)?;
+                Some(Memory { setup, ..Memory::default() })
+            }
+            _ => None,
+        };
         let filter = match method {
             Method::Particles { layers, len, resampling } => {
                 Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
             }
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
-            Method::Mixture { corrections, components } | Method::Smoother { corrections, components } => {
+            Method::Mixture { corrections, components } | Method::Smoother { corrections, components, .. } => {
                 require((1..=100).contains(&components), "components", components as f64, "1 to 100")?;
                 // Its motion mixes both (`worn::CORE`).
                 require(noise.bias.is_some(), "bias", f64::NAN, "estimated, by a mixture")?;
@@ -140,7 +150,7 @@ impl ArmTracker {
             blind_s: 0.0,
             is_unknown: false,
             restarts: 0,
-            kept: keeps_frames.then(Memory::default),
+            kept,
         })
     }
 
@@ -267,9 +277,9 @@ impl ArmTracker {
     /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
     pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
         match (&self.kept, &self.filter) {
-            (Some(Memory { frames, samples }), Filter::Mixture(filter)) => {
+            (Some(Memory { frames, samples, setup }), Filter::Mixture(filter)) => {
                 let Self { arm, noise, views, .. } = self;
-                Recorded { arm, noise, views, filter, frames, samples }.estimates(first)
+                Recorded { arm, noise, views, filter, frames, samples, setup: *setup }.estimates(first)
             }
             _ => Ok(Vec::new()),
         }

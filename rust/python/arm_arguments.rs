@@ -2,6 +2,7 @@
 
 use crate::arm::ekf::Correction;
 use crate::arm::particle::{ArmLayer, Cue, Mover};
+use crate::arm::setup::Setup;
 use crate::arm::state::{GaussMarkov, View};
 use crate::arm::{Method, Noise};
 use crate::camera::Camera;
@@ -83,6 +84,31 @@ struct MixtureArgument {
     shoulder_sd_m: f64,
     shoulder_density: f64,
     clock_sd_s: f64,
+}
+
+/// What a smoother has besides, read.
+#[derive(FromPyObject)]
+struct SmootherArgument {
+    upper_arm_sd_m: f64,
+    forearm_sd_m: f64,
+    shoulder_place_sd_m: f64,
+    camera_turn_sd_rad: f64,
+    camera_distance_sd_m: f64,
+    focal_sd: f64,
+}
+
+impl SmootherArgument {
+    fn setup(&self) -> Setup {
+        Setup {
+            upper_arm_sd: self.upper_arm_sd_m,
+            forearm_sd: self.forearm_sd_m,
+            shoulder_sd: self.shoulder_place_sd_m,
+            turn_sd: self.camera_turn_sd_rad,
+            distance_sd: self.camera_distance_sd_m,
+            focal_sd: self.focal_sd,
+            cameras: 0,
+        }
+    }
 }
 
 impl MixtureArgument {
@@ -197,7 +223,8 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {
             if filter == "mixture" {
                 Method::Mixture { corrections, components }
             } else {
-                Method::Smoother { corrections, components }
+                let smoother: SmootherArgument = method.extract()?;
+                Method::Smoother { corrections, components, setup: Some(smoother.setup()) }
             }
         }
         _ => {
