@@ -14,8 +14,9 @@ import numpy as np
 
 from pytracker._core import ARM_DOUBTS, InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
+from pytracker.found import found_by
 from pytracker.joint_track import Track
-from pytracker.methods import ArmMethod, Ekf, Mixture, Smooth
+from pytracker.methods import ArmMethod, Ekf, Mixture
 from pytracker.recording import ArmRecording, Recording
 from pytracker.rotation import Array
 from pytracker.suspects import suspects
@@ -53,8 +54,8 @@ CERTAIN_HELD = 1.0
 AS_GOOD = 8.0
 """Descriptions that are as good as the best but for this cannot be told from it."""
 
-ELSEWHERE_M = 0.03
-"""A shoulder that moves about its place is on average less far from it; right ones, worn too, have 1.7 cm at most."""
+SURPRISING = 2.0
+"""What was measured once should not differ by more standard deviations; of right ones, worn too, none does by 1.3."""
 
 FEW_UNSEEN = 0.2
 """Fewer frames without the patch are usual."""
@@ -70,12 +71,12 @@ def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
     An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`pytracker.suspects`): heading,
-    clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed, the
-    shoulder should be on average where it is said to be. A body's key joints should
+    clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed,
+    lengths, shoulder and cameras should be what they are said to be. A body's key joints should
     have foreground about them, and its head be where the person's is.
     """
     if isinstance(track, ArmTrack):
-        return _of_arm(track.recording, track.sightings, track.method.pixel_sd) or _of_shoulder(track)
+        return _of_arm(track.recording, track.sightings, track.method.pixel_sd) or _of_setup(track)
     return _of_body(track) if isinstance(track, BodyTrack) else ()
 
 
@@ -100,24 +101,16 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
     return ()
 
 
-def _of_shoulder(track: ArmTrack) -> tuple[str, ...]:
-    """Whether the shoulder that the whole recording shows is where it is said to be; only smoothing tells."""
-    method = track.method
-    if not isinstance(method, Smooth) or not method.shoulder:
+def _of_setup(track: ArmTrack) -> tuple[str, ...]:
+    """Whether what was measured once is as it is said to be, where the whole recording was smoothed."""
+    surprising = [found for found in found_by(track) if found.name != "offset_s" and found.surprise > SURPRISING]
+    if not surprising or len(track.time_s) < LEAST_FRAMES:
         return ()
-    # Behind position, velocity, bias and orientation error, and the patch's offset where it is estimated.
-    first = 15 if method.offset else 12
-    moved = track.state_mean[:, first : first + 3]
-    known = np.isfinite(moved).all(axis=1)
-    if known.sum() < LEAST_FRAMES:
-        return ()
-    off = moved[known].mean(axis=0)
-    if np.linalg.norm(off) < ELSEWHERE_M:
-        return ()
+    worst = max(surprising, key=lambda found: found.surprise)
     return (
-        f"{where_of(track.recording)}: the arm fits better with its shoulder {100 * np.linalg.norm(off):.0f} cm or "
-        f"more from shoulder_m, towards ({', '.join(f'{100 * x:+.0f}' for x in off)}) cm, expected less than "
-        f"{100 * ELSEWHERE_M:.0f} cm on average: check shoulder_m, upper_arm_m, forearm_m and the camera",
+        f"{where_of(track.recording)}: camera and IMU agree better with another {worst.what}, by {worst.change:+.3g} ± "
+        f"{worst.sd:.2g} {worst.unit}, expected at most ± {SURPRISING * worst.given_sd:.2g} {worst.unit}: check "
+        f"{' and '.join(dict.fromkeys(found.name for found in surprising))}",
     )
 
 

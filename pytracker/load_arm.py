@@ -64,10 +64,28 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         imus=(imu,),
         arm=arm,
         truth=truth,
+        spreads=_spreads(entry),
         folder=folder,
         files=(path, *(folder / name for name in names if name is not None)),
         warnings=(*warnings, *overlap_warnings, *truth_warnings, *start_warnings),
     )
+
+
+def _spreads(entry: ArmFile) -> dict[str, float]:
+    """How well things are known, where the file says so, by the parameter of a method; the widest of several cameras."""
+    cameras = entry.camera
+    said = {
+        "upper_arm_sd_m": [entry.arm.upper_arm_sd_m],
+        "forearm_sd_m": [entry.arm.forearm_sd_m],
+        "shoulder_place_sd_m": [entry.arm.shoulder_sd_m],
+        "clock_sd_s": [entry.imu[0].offset_sd_s],
+        "offset_start_sd_m": [camera.patch_offset_sd_m for camera in cameras],
+        "camera_turn_sd_rad": [np.radians(c.rotation_sd_deg) for c in cameras if c.rotation_sd_deg is not None],
+        "camera_distance_sd_m": [camera.distance_sd_m for camera in cameras],
+        "focal_sd": [camera.focal_sd for camera in cameras],
+    }
+    known = {name: [float(value) for value in values if value is not None] for name, values in said.items()}
+    return {name: max(values) for name, values in known.items() if values}
 
 
 def _view(folder: Path, place: str, entry: CameraEntry, mount: Array) -> View:

@@ -9,6 +9,7 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_checks import check
+from pytracker.formats.imu_conventions import in_our_terms
 from pytracker.recording import Imu
 from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.schema import ImuEntry
@@ -27,12 +28,15 @@ def load_imu(
     segment = entry.segment or segments[0]
     if segment not in segments:
         raise InputError(f"{place}.segment is {segment!r}, expected one of: {', '.join(segments)}")
+    if entry.offset_sd_s is not None and not needs_heading:
+        raise InputError(f"{place}.offset_sd_s is {entry.offset_sd_s}, but a body's clocks are taken as they are given")
     mount = np.array(entry.mount)
     if abs(np.linalg.norm(mount) - 1) > 0.02:
         raise InputError(f"{place}.mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
     orientation = folder / entry.orientation_file if entry.orientation_file else None
     mount /= np.linalg.norm(mount)
-    log = check(read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz))
+    log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
+    log = check(in_our_terms(log, entry.conventions))
     if log.q_world_sensor is None and entry.heading_deg is None and needs_heading:
         raise InputError(
             f"{place}.heading_deg is missing; {folder / entry.file} has no orientation, and one computed from "

@@ -286,11 +286,11 @@ class Smooth(Mixture):
     arm_length_sd_m: float = 0.02
     shoulder_sd_m: float = 0.03
     shoulder_density: float = 0.045
-    upper_arm_sd_m: float = 0.015
+    upper_arm_sd_m: float = 0.012
     forearm_sd_m: float = 0.01
     shoulder_place_sd_m: float = 0.025
-    camera_turn_sd_rad: float = 0.012
-    camera_distance_sd_m: float = 0.08
+    camera_turn_sd_rad: float = 0.01
+    camera_distance_sd_m: float = 0.1
     focal_sd: float = 0.015
 
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -270,11 +271,13 @@ class ArmRecording(Recording):
         views: cameras with their videos.
         imus: inertial sensors.
         arm: the subject's arm.
+        spreads: how well things are known where the recording says so, by the parameter of a method.
     """
 
     views: tuple[View, ...]
     imus: tuple[Imu, ...]
     arm: Arm
+    spreads: Mapping[str, float] = field(default_factory=dict)
 
     kind: ClassVar[str] = "arm"
 

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pytracker._core import InputError
+from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order
 from pytracker.toml_file import Entry, Finite, Length, Positive, Whole, read_toml, validated
 
 __all__ = [
@@ -25,6 +26,8 @@ __all__ = [
 ]
 
 Triple = tuple[Finite, Finite, Finite]
+Spread = Annotated[float, Field(strict=True, ge=0, le=1)]
+"""A standard deviation: m, s, or a share."""
 Matrix = tuple[Triple, Triple, Triple]
 
 
@@ -38,11 +41,15 @@ class CameraEntry(Entry):
     video: str
     start_s: Finite = 0.0
     matrix: Matrix
+    focal_sd: Spread | None = None
     distortion: tuple[Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0)
     rotation: Matrix
+    rotation_sd_deg: Annotated[float, Field(strict=True, ge=0, le=45)] | None = None
     translation_m: Triple
+    distance_sd_m: Spread | None = None
     patch_box: tuple[Whole, Whole, Whole, Whole]
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
+    patch_offset_sd_m: Spread | None = None
 
 
 class ImuEntry(Entry):
@@ -54,9 +61,26 @@ class ImuEntry(Entry):
     rate_hz: Positive | None = None
     segment: str | None = None
     offset_s: Finite = 0.0
+    offset_sd_s: Spread | None = None
     heading_deg: Finite | None = None
     mount: tuple[Finite, Finite, Finite, Finite] = (1.0, 0.0, 0.0, 0.0)
     mount_sd_deg: Annotated[float, Field(strict=True, gt=0, le=90)] = 3.0
+    acc_unit: AccUnit = "m/s2"
+    gyr_unit: GyrUnit = "rad/s"
+    quaternion: Order = "wxyz"
+    quaternion_takes: Direction = "sensor to world"
+    earth: Earth = "z up"
+
+    @property
+    def conventions(self) -> Conventions:
+        """What the file's numbers stand for."""
+        return Conventions(
+            acc_unit=self.acc_unit,
+            gyr_unit=self.gyr_unit,
+            quaternion=self.quaternion,
+            quaternion_takes=self.quaternion_takes,
+            earth=self.earth,
+        )
 
 
 class ArmEntry(Entry):
@@ -64,8 +88,11 @@ class ArmEntry(Entry):
 
     side: Literal["right", "left"] = "right"
     shoulder_m: Triple
+    shoulder_sd_m: Spread | None = None
     upper_arm_m: Length
+    upper_arm_sd_m: Spread | None = None
     forearm_m: Length
+    forearm_sd_m: Spread | None = None
     wrist_start_m: Triple | None = None
 
 

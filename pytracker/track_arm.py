@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -54,12 +54,15 @@ def track_arm(
     """Track an arm: see `pytracker.track`.
 
     `sightings` are patch centres found before or elsewhere; without them the videos are searched. `threads`
-    limits how many work on a large particle set and does not change the result.
+    limits how many work on a large particle set and does not change the result. Where the recording says how well
+    something is known, that stands for the method's own parameter.
 
     Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
     beyond recovery; its `track` attribute then holds the frames before, where there are any.
     """
     began = time.perf_counter()
+    parameters = {field.name for field in fields(method)}
+    method = replace(method, **{name: sd for name, sd in recording.spreads.items() if name in parameters})
     if sightings is None:
         sightings = sight(recording, progress=progress)
     seen = time.perf_counter()

@@ -16,7 +16,7 @@ mod mixture;
 mod recorder;
 mod smoother;
 
-pub use kalman::{Gaussian, Linear};
+pub use kalman::{Correction, Gaussian, Linear};
 pub use layered::{LayeredFilter, Resampling};
 pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};

@@ -12,7 +12,7 @@ from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector
 
-__all__ = ["check_noise", "check_turns", "comes_in_bursts", "repeats"]
+__all__ = ["check_noise", "check_turns", "comes_in_bursts", "repeats", "turns"]
 
 Float = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def check_turns(log: ImuLog) -> list[str]:
     if log.gyr is None or log.q_world_sensor is None or comes_in_bursts(log):
         return []
     _check_gyroscope_moves(log)
-    by_gyroscope, by_orientation, lasted, _ = _turns(log, TURN_S)
+    by_gyroscope, by_orientation, lasted, _ = turns(log, TURN_S)
     ratio = np.ones(3)
     for axis in range(3):
         g, o = by_gyroscope[:, axis], by_orientation[:, axis]
@@ -80,8 +80,8 @@ def _reason(ratio: Float) -> str:
 
 def _check_gyroscope_moves(log: ImuLog) -> None:
     """Whatever way a body takes from one orientation to another, it turns by at least the angle between them."""
-    _, turned, lasted, start = _turns(log, STILL_S)
-    angle, path = np.linalg.norm(turned, axis=1), _turns(log, STILL_S, path=True)[0]
+    _, turned, lasted, start = turns(log, STILL_S)
+    angle, path = np.linalg.norm(turned, axis=1), turns(log, STILL_S, path=True)[0]
     still = np.flatnonzero((angle > STILL_RAD) & (path < AGREE[0] * angle))
     if len(still) < 2:
         return
@@ -93,7 +93,7 @@ def _check_gyroscope_moves(log: ImuLog) -> None:
     )
 
 
-def _turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Float, Float, NDArray[np.intp]]:
+def turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Float, Float, NDArray[np.intp]]:
     """What both say of stretches of `over_s` without gaps.
 
     Returns the turn by the gyroscope `(K, 3)` rad, or its path `(K,)` where asked; the turn by the orientation `(K, 3)`

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytracker.evaluate import Scores
+from pytracker.found import found_by
 from pytracker.report import arm_figures as figures
 from pytracker.report.drawing import sample_size
 from pytracker.report.page import PageFigure, embedded, render
@@ -34,6 +35,7 @@ def render_arm_page(
         figures=_figures(tracks, labels, scores[0]),
         has_overlay=has_overlay,
         held=trivial,
+        found=found_by(tracks[0]),
     )
 
 

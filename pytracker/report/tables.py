@@ -8,6 +8,7 @@ import math
 import os
 import platform
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from pytracker._core import InputError, __version__
 from pytracker.digest import sha256_of
 from pytracker.doubts import doubts
 from pytracker.evaluate import Scores
+from pytracker.found import found_by
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.joint_track import JointTrack, Track
 from pytracker.methods import Method
@@ -125,6 +127,7 @@ def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -
                     "seed": track.seed,
                     "lost": track.lost,
                     "doubts": list(doubts(track)),
+                    "found": [asdict(found) | {"is_told": found.is_told} for found in found_by(track)],
                     "run_time_s": {stage: round(seconds, 4) for stage, seconds in track.stage_s.items()},
                 }
                 for track, label in zip(tracks, labels, strict=True)

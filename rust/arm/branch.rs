@@ -115,13 +115,12 @@ impl Chain for ArmBranch<'_> {
         let frame = self.frame(step);
         let seen = Seen::new(Layout::new(self.noise), self.arm, self.noise, &frame);
         // A trajectory is one place at a time: nothing bends over its spread.
-        let known = DMatrix::zeros(at.len(), at.len());
         let mut measured = Vec::with_capacity(3);
         for sighting in &frame.sightings {
-            measured.extend(seen.patch(sighting, at, &known)?);
+            measured.extend(seen.patch(sighting, at, None)?);
         }
         if self.filter.is_held_by_arm() {
-            measured.extend(seen.length(at, &known));
+            measured.extend(seen.length(at, None));
         }
         if self.filter.is_rested() && frame.is_rest {
             measured.push(seen.rest(at));

@@ -100,7 +100,7 @@ impl<'a> Seen<'a> {
         (elbow - shoulder, slope)
     }
 
-    /// The patch's pixel; one that is far off is trusted less.
+    /// The patch's pixel; one that is far off is trusted less. `covariance`: of the state, where it is no single place.
     ///
     /// # Errors
     /// [`Error::RanAway`]: it is behind the camera.
@@ -108,7 +108,7 @@ impl<'a> Seen<'a> {
         &self,
         sighting: &Sighting<'_>,
         state: &DVector<f64>,
-        covariance: &DMatrix<f64>,
+        covariance: Option<&DMatrix<f64>>,
     ) -> Result<Option<Linear>> {
         let mut offset = sighting.view.patch_offset;
         if let Some(column) = self.layout.offset {
@@ -136,15 +136,15 @@ impl<'a> Seen<'a> {
         }
         let residual = sighting.pixel - pixel;
         let variance = self.noise.pixel_sd * self.noise.pixel_sd;
-        let spread = &slope * covariance * slope.transpose();
-        let far = (0..2).map(|d| residual[d] * residual[d] / (variance + spread[(d, d)])).sum::<f64>();
+        let spread = |d: usize| covariance.map_or(0.0, |of| (slope.row(d) * of).dot(&slope.row(d)));
+        let far = (0..2).map(|d| residual[d] * residual[d] / (variance + spread(d))).sum::<f64>();
         let noise = DMatrix::from_diagonal_element(2, 2, variance * (far / ROBUST).max(1.0));
         Ok(Some((DVector::from_column_slice(residual.as_slice()), slope, noise)))
     }
 
     /// The upper arm's length, to second order: a place that is known to within a ball is farther from the shoulder, on
     /// average, than the ball's centre is. None where it has no direction.
-    pub fn length(&self, state: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<Linear> {
+    pub fn length(&self, state: &DVector<f64>, covariance: Option<&DMatrix<f64>>) -> Option<Linear> {
         let (upper_arm, by_state) = self.upper_arm(state);
         let length = upper_arm.norm();
         if length <= 0.0 {
@@ -152,10 +152,12 @@ impl<'a> Seen<'a> {
         }
         let along = upper_arm / length;
         let mut slope = along.transpose() * &by_state;
-        let spread = &by_state * covariance * by_state.transpose();
-        let bend = (Matrix3::identity() - along * along.transpose()) / length;
-        let bent: Matrix3<f64> = bend * Matrix3::from_fn(|r, c| spread[(r, c)]);
-        let (more, more_variance) = (0.5 * bent.trace(), 0.5 * (bent * bent).trace());
+        let (more, more_variance) = covariance.map_or((0.0, 0.0), |covariance| {
+            let spread = &by_state * covariance * by_state.transpose();
+            let bend = (Matrix3::identity() - along * along.transpose()) / length;
+            let bent: Matrix3<f64> = bend * Matrix3::from_fn(|r, c| spread[(r, c)]);
+            (0.5 * bent.trace(), 0.5 * (bent * bent).trace())
+        });
         let sd = self.length_sd(along);
         let mut residual = DVector::from_element(1, self.arm.upper_arm_m - length - more);
         if let Some(column) = self.layout.setup {
@@ -262,10 +264,10 @@ mod tests {
     #[test]
     fn slopes_are_derivatives() {
         with_seen(|seen, sighting| {
-            let (at, none) = (state(seen.layout), DMatrix::zeros(seen.layout.dim, seen.layout.dim));
-            let patch = |x: &DVector<f64>| seen.patch(sighting, x, &none).unwrap().unwrap();
+            let at = state(seen.layout);
+            let patch = |x: &DVector<f64>| seen.patch(sighting, x, None).unwrap().unwrap();
             is_slope_of(|x| patch(x).0, &patch(&at).1, &at);
-            let length = |x: &DVector<f64>| seen.length(x, &none).unwrap();
+            let length = |x: &DVector<f64>| seen.length(x, None).unwrap();
             is_slope_of(|x| length(x).0, &length(&at).1, &at);
             is_slope_of(|x| seen.rest(x).0, &seen.rest(&at).1, &at);
             let place = |(place, _): (Vector3<f64>, DMatrix<f64>)| DVector::from_column_slice((-place).as_slice());
@@ -280,10 +282,8 @@ mod tests {
             let (at, sd) = (state(seen.layout), 0.03);
             let mut covariance = DMatrix::zeros(seen.layout.dim, seen.layout.dim);
             covariance.fixed_view_mut::<3, 3>(POSITION, POSITION).fill_diagonal(sd * sd);
-            let (known, unknown) = (
-                seen.length(&at, &DMatrix::zeros(at.len(), at.len())).unwrap(),
-                seen.length(&at, &covariance).unwrap(),
-            );
+            let (known, unknown) =
+                (seen.length(&at, None).unwrap(), seen.length(&at, Some(&covariance)).unwrap());
             // Sigma points at the square root of 3: exact for a Gaussian up to the fifth order.
             let residual = |x: &DVector<f64>| seen.arm.upper_arm_m - seen.upper_arm(x).0.norm();
             let moved = |d: usize, by: f64| {
@@ -300,9 +300,9 @@ mod tests {
     #[test]
     fn a_sighting_far_off_is_trusted_less() {
         with_seen(|seen, sighting| {
-            let (at, none) = (state(seen.layout), DMatrix::zeros(seen.layout.dim, seen.layout.dim));
-            let noise = |pixel| seen.patch(&Sighting { pixel, ..*sighting }, &at, &none).unwrap().unwrap().2[(0, 0)];
-            let (residual, _, _) = seen.patch(sighting, &at, &none).unwrap().unwrap();
+            let at = state(seen.layout);
+            let noise = |pixel| seen.patch(&Sighting { pixel, ..*sighting }, &at, None).unwrap().unwrap().2[(0, 0)];
+            let (residual, _, _) = seen.patch(sighting, &at, None).unwrap().unwrap();
             let expected = sighting.pixel - Vector2::new(residual[0], residual[1]);
             let variance = seen.noise.pixel_sd * seen.noise.pixel_sd;
             assert!((noise(expected) - variance).abs() < 1e-12);

@@ -117,13 +117,13 @@ impl ArmMixture {
         let mut evidence = None;
         for sighting in &frame.sightings {
             let found =
-                self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, covariance))?;
+                self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, Some(covariance)))?;
             // Of what was seen: a length that is known beforehand is no observation.
             *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
         }
         if self.is_held {
             self.state.split(SPLIT_TO * self.most + 1, |gaussian| seen.bent(gaussian));
-            self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(seen.length(state, covariance)))?;
+            self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(seen.length(state, Some(covariance))))?;
         }
         if self.is_rested && frame.is_rest {
             self.state.correct(frame.time_s, 1, |state, _| Ok(Some(seen.rest(state))))?;

@@ -17,6 +17,50 @@ pub struct Gaussian {
     pub covariance: DMatrix<f64>,
 }
 
+/// A linear measurement met by a Gaussian, before it is applied.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Correction {
+    /// At the Gaussian's mean, `(M,)`.
+    pub residual: DVector<f64>,
+    /// `(M, D)`.
+    pub slope: DMatrix<f64>,
+    /// The covariance times the slope, `(D, M)`.
+    pub by_state: DMatrix<f64>,
+    /// Inverse of the innovation's covariance, `(M, M)`.
+    pub weight: DMatrix<f64>,
+    /// Log evidence.
+    pub log_evidence: f64,
+}
+
+impl Correction {
+    /// Of what is measured with `residual` at the mean.
+    ///
+    /// # Errors
+    /// [`Error::Singular`], at the time given, when the innovation has no spread.
+    pub fn new(time_s: f64, state: &Gaussian, (residual, slope, noise): Linear) -> Result<Self> {
+        // The covariance is symmetric; long columns first.
+        let by_state = &state.covariance * slope.transpose();
+        let factor = (&slope * &by_state + noise).cholesky().ok_or(Error::Singular { time_s })?;
+        let log_determinant: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let weight = factor.inverse();
+        let distance = residual.dot(&(&weight * &residual));
+        let log_evidence = -0.5 * (distance + log_determinant + residual.len() as f64 * TAU.ln());
+        Ok(Self { residual, slope, by_state, weight, log_evidence })
+    }
+
+    /// Where it moves the mean by, `(D,)`.
+    pub fn step(&self) -> DVector<f64> {
+        &self.by_state * (&self.weight * &self.residual)
+    }
+
+    /// Narrow the covariance by what was measured.
+    pub fn narrow(&self, covariance: &mut DMatrix<f64>) {
+        *covariance -= &self.by_state * (&self.weight * self.by_state.transpose());
+        // What rounding leaves over the diagonal would grow.
+        *covariance = 0.5 * (&*covariance + covariance.transpose());
+    }
+}
+
 impl Gaussian {
     /// `x = transition x + input + noise`.
     pub fn predict(&mut self, transition: &DMatrix<f64>, input: &DVector<f64>, noise: &DMatrix<f64>) {
@@ -65,17 +109,11 @@ impl Gaussian {
             let Some((mut residual, jacobian, noise)) = linearise(&at, &self.covariance)? else { return Ok(None) };
             // The residual that the prior mean has under this slope.
             residual -= &jacobian * (&self.mean - &at);
-            let by_state = &jacobian * &self.covariance;
-            let spread = &by_state * jacobian.transpose() + &noise;
-            let factor = spread.cholesky().ok_or(Error::Singular { time_s })?;
-            let log_determinant: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-            let solved = factor.solve(&residual);
-            evidence = Some(-0.5 * (residual.dot(&solved) + log_determinant + residual.len() as f64 * TAU.ln()));
-            at = &self.mean + by_state.tr_mul(&solved);
+            let correction = Correction::new(time_s, self, (residual, jacobian, noise))?;
+            evidence = Some(correction.log_evidence);
+            at = &self.mean + correction.step();
             if turn + 1 == times.max(1) {
-                self.covariance -= by_state.tr_mul(&factor.solve(&by_state));
-                // What rounding leaves over the diagonal would grow.
-                self.covariance = 0.5 * (&self.covariance + self.covariance.transpose());
+                correction.narrow(&mut self.covariance);
             }
         }
         self.mean = at;

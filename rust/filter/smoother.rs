@@ -1,11 +1,11 @@
 //! The whole recording at once: Gauss-Newton over all its states, by Kalman passes forward and back.
 //!
-//! For a chain of states one Gauss-Newton step is a Kalman filter and a Rauch-Tung-Striebel smoother, linearised about the last
+//! For a chain of states one Gauss-Newton step is a Kalman filter and a smoother's way back, linearised about the last
 //! trajectory (Bell, "The iterated Kalman smoother as a Gauss-Newton method", SIAM J. Optimization 4(3), 1994): the same
 //! normal equations, block-tridiagonal, in time and memory that grow with the length. What is constant is a column that does
 //! not walk: its border is carried along. Covariances are those of each state given the whole recording.
 
-use super::{Gaussian, Linear};
+use super::{Correction, Gaussian, Linear};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -59,8 +59,9 @@ pub struct Smoothed {
 /// One pass forward, kept for the way back.
 struct Forward {
     filtered: Vec<Gaussian>,
-    predicted: Vec<Gaussian>,
-    transitions: Vec<DMatrix<f64>>,
+    /// None where the chain starts.
+    transitions: Vec<Option<DMatrix<f64>>>,
+    corrections: Vec<Vec<Correction>>,
     log_evidence: f64,
 }
 
@@ -92,9 +93,9 @@ pub fn smooth(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settl
             break;
         }
     }
-    let forward = filter(chain, &at)?;
-    let log_evidence = forward.log_evidence;
-    let mut states = backward(chain, forward)?;
+    let mut forward = filter(chain, &at)?;
+    covariances(&mut forward);
+    let Forward { filtered: mut states, log_evidence, .. } = forward;
     // The trajectory that was found, with the spread about it.
     states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
     Ok(Smoothed { states, cost, log_evidence, is_settled })
@@ -154,59 +155,52 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Forward> {
     let count = chain.len();
     let mut forward = Forward {
         filtered: Vec::with_capacity(count),
-        predicted: Vec::with_capacity(count),
         transitions: Vec::with_capacity(count),
+        corrections: Vec::with_capacity(count),
         log_evidence: 0.0,
     };
     for (step, at) in at.iter().enumerate() {
         let (mut state, transition) = match (chain.start(step), forward.filtered.last()) {
-            (Some(start), _) => (start, DMatrix::zeros(0, 0)),
+            (Some(start), _) => (start, None),
             (None, Some(before)) => {
                 let mut state = before.clone();
                 let transition = chain.predict(step, &mut state);
-                (state, transition)
+                (state, Some(transition))
             }
             (None, None) => {
                 return Err(Error::Size { name: "start of a chain", got: 0, unit: "Gaussians", expected: 1 });
             }
         };
-        forward.predicted.push(state.clone());
-        forward.transitions.push(transition);
+        let mut corrections = Vec::new();
         for (residual, slope, noise) in chain.measure(step, at)? {
             // What the residual would be at the state as it stands.
-            let here = residual - &slope * (&state.mean - at);
-            let linear = |_: &DVector<f64>, _: &DMatrix<f64>| Ok(Some((here.clone(), slope.clone(), noise.clone())));
-            forward.log_evidence += state.correct_iterated(chain.time_s(step), 1, linear)?.unwrap_or(0.0);
+            let residual = residual - &slope * (&state.mean - at);
+            let correction = Correction::new(chain.time_s(step), &state, (residual, slope, noise))?;
+            state.mean += correction.step();
+            correction.narrow(&mut state.covariance);
+            forward.log_evidence += correction.log_evidence;
+            corrections.push(correction);
         }
+        forward.transitions.push(transition);
+        forward.corrections.push(corrections);
         forward.filtered.push(state);
     }
     Ok(forward)
 }
 
-/// How a state before follows a state after: `(D, D)`; none where the chain starts anew.
-fn gain(chain: &impl Chain, forward: &Forward, step: usize) -> Result<Option<DMatrix<f64>>> {
-    if chain.start(step).is_some() {
-        return Ok(None);
-    }
-    let mut ahead = forward.predicted[step].covariance.clone();
-    // What is known exactly follows nothing: any spread will do.
-    for d in 0..ahead.nrows() {
-        if ahead[(d, d)] <= 0.0 {
-            ahead[(d, d)] = 1.0;
-        }
-    }
-    let factor = ahead.cholesky().ok_or(Error::Singular { time_s: chain.time_s(step) })?;
-    let across = &forward.transitions[step] * &forward.filtered[step - 1].covariance;
-    Ok(Some(factor.solve(&across).transpose()))
-}
-
-/// The means of [`backward`] alone.
+/// Means given the whole recording: back by the adjoint of the filter, which inverts no covariance (Bierman, "Fixed interval
+/// smoothing with discrete measurements", Int. J. Control 18(1), 1973: modified Bryson-Frazier).
 fn means(chain: &impl Chain, forward: &Forward) -> Result<Vec<DVector<f64>>> {
     let mut means: Vec<DVector<f64>> = forward.filtered.iter().map(|state| state.mean.clone()).collect();
-    for step in (1..means.len()).rev() {
-        if let Some(gain) = gain(chain, forward, step)? {
-            let ahead = &means[step] - &forward.predicted[step].mean;
-            means[step - 1] += gain * ahead;
+    let mut adjoint = DVector::zeros(forward.filtered[0].mean.len());
+    for step in (0..means.len()).rev() {
+        means[step] += &forward.filtered[step].covariance * &adjoint;
+        for Correction { residual, slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
+            adjoint += slope.tr_mul(&(weight * (residual - by_state.tr_mul(&adjoint))));
+        }
+        match &forward.transitions[step] {
+            Some(transition) => adjoint = transition.tr_mul(&adjoint),
+            None => adjoint.fill(0.0),
         }
     }
     match means.iter().position(|mean| mean.iter().any(|x| !x.is_finite())) {
@@ -215,19 +209,28 @@ fn means(chain: &impl Chain, forward: &Forward) -> Result<Vec<DVector<f64>>> {
     }
 }
 
-/// Rauch, Tung & Striebel, "Maximum likelihood estimates of linear dynamic systems", AIAA Journal 3(8), 1965.
-fn backward(chain: &impl Chain, mut forward: Forward) -> Result<Vec<Gaussian>> {
-    for step in (1..forward.filtered.len()).rev() {
-        let Some(gain) = gain(chain, &forward, step)? else { continue };
-        let ahead = &forward.predicted[step];
-        let (before, after) = forward.filtered.split_at_mut(step);
-        let (state, smoothed) = (&mut before[step - 1], &after[0]);
-        state.mean += &gain * (&smoothed.mean - &ahead.mean);
-        state.covariance += &gain * (&smoothed.covariance - &ahead.covariance) * gain.transpose();
+/// Covariances given the whole recording, in place of the filter's: the same way back.
+fn covariances(forward: &mut Forward) {
+    let dim = forward.filtered[0].mean.len();
+    let mut adjoint = DMatrix::zeros(dim, dim);
+    for step in (0..forward.filtered.len()).rev() {
+        let covariance = &mut forward.filtered[step].covariance;
+        *covariance -= &*covariance * &adjoint * &*covariance;
         // What rounding leaves over the diagonal would grow.
-        state.covariance = 0.5 * (&state.covariance + state.covariance.transpose());
+        *covariance = 0.5 * (&*covariance + covariance.transpose());
+        for Correction { slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
+            let gain = by_state * weight;
+            let seen = &adjoint * &gain;
+            let inner = gain.tr_mul(&seen) + weight;
+            let across = slope.tr_mul(&seen.transpose());
+            adjoint += slope.tr_mul(&(inner * slope)) - &across - across.transpose();
+        }
+        match &forward.transitions[step] {
+            Some(transition) => adjoint = transition.tr_mul(&(&adjoint * transition)),
+            None => adjoint.fill(0.0),
+        }
+        adjoint = 0.5 * (&adjoint + adjoint.transpose());
     }
-    Ok(forward.filtered)
 }
 
 #[cfg(test)]

@@ -1,0 +1,135 @@
+"""Units, quaternion and earth frame of an IMU file, found from its numbers alone.
+
+A sensor that turns tells order and direction of its quaternion: the gyroscope turns as the orientation does. Gravity
+tells the accelerometer's unit, and which way is up.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker.formats.imu_agreement import turns
+from pytracker.formats.imu_conventions import Conventions, in_our_terms
+from pytracker.formats.imu_gravity import GRAVITY, unsteadiness
+from pytracker.formats.imu_log import ImuLog
+from pytracker.rotation import rotate
+
+__all__ = ["FoundConventions", "find_conventions"]
+
+TURN_S = 0.1
+"""Turns are compared over so long, s."""
+LEAST_TURN_RAD = 3.0
+"""A recording that turns by less in all, beside its noise, says little of its quaternion."""
+ALIKE, APART = 0.85, 0.1
+"""Cosine between the turns of gyroscope and orientation: of the right convention at least, and by how much the next
+best must be less."""
+STEADY, UNSTEADY = 2.5, 1.6
+"""Without a gyroscope: gravity in the world varies by less, m/s², and by so many times more with the next best."""
+IN_G, IN_SI = (0.7, 1.6), (6.5, 20.0)
+"""Median length of the specific force, in g and in m/s²."""
+IN_DEG = (35.0, 90.0)
+"""The gyroscope in degrees turns so many times as fast as the orientation."""
+
+
+@dataclass(frozen=True)
+class FoundConventions:
+    """What the numbers say.
+
+    Attributes:
+        conventions: the best.
+        unknown: fields of it that cannot be told; they are as in `Conventions()`.
+        evidence: in words with numbers.
+    """
+
+    conventions: Conventions
+    unknown: tuple[str, ...]
+    evidence: str
+
+
+def find_conventions(log: ImuLog) -> FoundConventions:
+    """Of a log as it was read, before anything is turned or checked."""
+    conventions, unknown, words = Conventions(), [], []
+    if log.acc is not None:
+        size = float(np.nanmedian(np.linalg.norm(log.acc, axis=1)))
+        words.append(f"the specific force has a median length of {size:.3g}")
+        if IN_G[0] < size < IN_G[1]:
+            conventions = dataclasses.replace(conventions, acc_unit="g")
+        elif not IN_SI[0] < size < IN_SI[1]:
+            unknown.append("acc_unit")
+    if log.q_world_sensor is None:
+        return FoundConventions(conventions, (*unknown, *(["gyr_unit"] if log.gyr is not None else [])), words[0])
+    by_turns = log.gyr is not None and _turned(log) > LEAST_TURN_RAD
+    conventions, sure, said = _by_gyroscope(log, conventions) if by_turns else _by_gravity(log, conventions)
+    words.append(said)
+    if not sure:
+        unknown += ["quaternion", "quaternion_takes", *(["gyr_unit"] if log.gyr is not None else [])]
+        conventions = dataclasses.replace(Conventions(), acc_unit=conventions.acc_unit)
+    ours = in_our_terms(log, conventions)
+    if ours.acc is not None and ours.q_world_sensor is not None:
+        up = float(np.nanmean(rotate(ours.q_world_sensor, ours.acc)[:, 2]))
+        words.append(f"turned to the world it is {up:+.1f} m/s² along z")
+        if abs(up) < 0.6 * GRAVITY:
+            unknown.append("earth")
+        elif up < 0:
+            conventions = dataclasses.replace(conventions, earth="z down")
+    return FoundConventions(conventions, tuple(unknown), "; ".join(words))
+
+
+def _quaternions(of: Conventions) -> Iterator[Conventions]:
+    for order, direction in itertools.product(("wxyz", "xyzw"), ("sensor to world", "world to sensor")):
+        yield dataclasses.replace(of, quaternion=order, quaternion_takes=direction)
+
+
+def _turned(log: ImuLog) -> float:
+    """How far the orientation turns in all, rad: a conjugate, or another order, turns as far."""
+    _, by_orientation, _, _ = turns(_unit(log), TURN_S)
+    return float(np.linalg.norm(by_orientation, axis=1).sum())
+
+
+def _unit(log: ImuLog) -> ImuLog:
+    assert log.q_world_sensor is not None
+    norm = np.linalg.norm(log.q_world_sensor, axis=1, keepdims=True)
+    return dataclasses.replace(log, q_world_sensor=log.q_world_sensor / np.where(norm > 0, norm, 1.0))
+
+
+def _by_gyroscope(log: ImuLog, conventions: Conventions) -> tuple[Conventions, bool, str]:
+    """The order and direction with which both turn alike, and the gyroscope's unit."""
+    found = []
+    for candidate in _quaternions(conventions):
+        by_gyroscope, by_orientation, _, _ = turns(in_our_terms(_unit(log), candidate), TURN_S)
+        along, gyr, q = (np.nansum(a * b) for a, b in _pairs(by_gyroscope, by_orientation))
+        found.append((float(along / np.sqrt(gyr * q + 1e-30)), float(np.sqrt(gyr / (q + 1e-30))), candidate))
+    found.sort(key=lambda one: -one[0])
+    (cosine, ratio, best), (second, *_) = found[0], found[1]
+    if IN_DEG[0] < ratio < IN_DEG[1]:
+        best = dataclasses.replace(best, gyr_unit="deg/s")
+    words = (
+        f"gyroscope and orientation turn alike with a cosine of {cosine:.2f} ({second:.2f} with the next best order or "
+        f"direction), the gyroscope {ratio:.3g} times as much"
+    )
+    return best, cosine > ALIKE and cosine - second > APART, words
+
+
+def _pairs(a: np.ndarray, b: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
+    return (a, b), (a, a), (b, b)
+
+
+def _by_gravity(log: ImuLog, conventions: Conventions) -> tuple[Conventions, bool, str]:
+    """The order and direction with which gravity stays where it is."""
+    if log.acc is None:
+        return conventions, False, "there is nothing to compare the orientation with"
+    found = []
+    for candidate in _quaternions(conventions):
+        for earth in ("z up", "z down"):
+            one = dataclasses.replace(candidate, earth=earth)
+            found.append((unsteadiness(in_our_terms(_unit(log), one)), candidate))
+    found.sort(key=lambda one: one[0])
+    off, best = found[0]
+    second = next((other for other, candidate in found if candidate != best), np.inf)
+    words = f"gravity varies by {off:.1f} m/s² in the world, by {second:.1f} with the next best order or direction"
+    return best, bool(off < STEADY and second > UNSTEADY * max(off, 0.3)), words

@@ -1,0 +1,229 @@
+"""How a forearm's IMU is worn and set up: clock, heading and the axis along the forearm, found from a whole recording.
+
+Coarse first: lags from `pytracker.setup.lag`, headings by what the camera should then have seen, each of six axes of the
+sensor along the forearm. Then each is weighed by how well a filter that is held by the arm's length explains the
+patch, and the best are moved in small steps to where they explain it best.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker._core import InputError, TrackingError
+from pytracker.evidence.sightings import Sightings
+from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.methods import ArmMethod, Ekf, Mixture
+from pytracker.recording import Arm, ArmRecording, Imu
+from pytracker.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    rotate,
+    rotation_vector_to_quaternion,
+    triple,
+)
+from pytracker.setup.lag import GRID_S, Lag, banded, find_lags
+from pytracker.track_arm import track_arm
+
+__all__ = ["Worn", "find_worn", "lags_of", "mount_of", "put_on"]
+
+HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05)
+"""Fast: it weighs every hypothesis."""
+LIVING = Mixture(components=6, clock_sd_s=0.01, arm_length_sd_m=0.02, shoulder_sd_m=0.03)
+"""It decides between the best."""
+HEADINGS = np.radians(np.arange(0.0, 360.0, 5.0))
+AXES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
+LEAST_EVIDENCE = -30.0
+"""A frame counts no worse."""
+HEADINGS_A_LAG = 2
+FINALISTS = 6
+STEPS = (0.06, np.radians(8.0), np.radians(10.0), np.radians(10.0))
+"""First steps of clock, heading, and the axis about two others; they are halved so often:"""
+HALVINGS = 4
+MOST_FRAMES = 750
+"""More frames say no more than these, and take longer."""
+CLEAR = 15.0
+"""Log evidence by which the best must be better than any that differs."""
+SAME = (0.08, np.radians(12.0), np.radians(20.0))
+"""Clocks, headings and axes that are nearer are the same."""
+
+
+@dataclass(frozen=True)
+class Worn:
+    """A way to wear the IMU.
+
+    Attributes:
+        offset_s: recording time = IMU time + offset.
+        heading_rad: turn about the vertical from the sensor's earth frame to the world.
+        axis: of the sensor, unit length `(3,)`: from wrist to elbow.
+        log_evidence: of the patch, with it.
+    """
+
+    offset_s: float
+    heading_rad: float
+    axis: Array
+    log_evidence: float = -np.inf
+
+
+def mount_of(axis: Array) -> Array:
+    """`q_segment_sensor` `(4,)` that takes `axis` to the forearm's +y, turning no more than it must."""
+    y = np.array([0.0, 1.0, 0.0])
+    across = np.cross(axis, y)
+    sine, cosine = float(np.linalg.norm(across)), float(axis @ y)
+    if sine < 1e-9:
+        return np.array([1.0, 0.0, 0.0, 0.0]) if cosine > 0 else np.array([0.0, 1.0, 0.0, 0.0])
+    return rotation_vector_to_quaternion(across / sine * np.arctan2(sine, cosine))
+
+
+def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterator[ArmRecording]:
+    """`recording`, whose IMU is as the file has it, with the IMU worn so; once for every place the wrist may start at."""
+    raw, mount = recording.imus[0], mount_of(worn.axis)
+    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, worn.heading_rad]))
+    imu = Imu(
+        time_s=raw.time_s + worn.offset_s,
+        acc=rotate(mount, raw.acc),
+        q_world_sensor=np.ascontiguousarray(multiply(multiply(heading, raw.q_world_sensor), conjugate(mount))),
+        gyr=None if raw.gyr is None else rotate(mount, raw.gyr),
+        segment=raw.segment,
+    )
+    for start in _starts(recording, imu, sightings):
+        arm: Arm = dataclasses.replace(recording.arm, wrist_start_m=triple(start))
+        yield dataclasses.replace(recording, imus=(imu,), arm=arm)
+
+
+def lags_of(recording: ArmRecording, sightings: Sightings) -> tuple[Lag, ...]:
+    """The ways to lay patch and IMU over each other, best first."""
+    raw = recording.imus[0]
+    return find_lags(sightings.time_s, sightings.pixels[:, 0], raw.time_s, _acceleration(raw))
+
+
+def find_worn(recording: ArmRecording, sightings: Sightings, lags: Iterable[Lag]) -> tuple[Worn, ...]:
+    """The ways that explain the recording best, best first, each different from the others; empty where none does."""
+    sightings = _first(sightings)
+    coarse = [
+        Worn(lag.offset_s, heading, axis)
+        for lag in lags
+        for heading in _headings(recording, sightings, lag)
+        for axis in AXES
+    ]
+    weighed = _best((_weighed(recording, sightings, worn, HELD) for worn in coarse), FINALISTS)
+    finer = [_weighed(recording, sightings, _moved(recording, sightings, worn), LIVING) for worn in weighed]
+    return tuple(_best(finer, FINALISTS))
+
+
+def _acceleration(imu: Imu) -> Array:
+    """In the sensor's earth frame, m/s², without gravity `(M, 3)`."""
+    return np.asarray(rotate(imu.q_world_sensor, imu.acc) - np.array([0.0, 0.0, GRAVITY]))
+
+
+def _first(sightings: Sightings) -> Sightings:
+    keep = slice(0, MOST_FRAMES)
+    return Sightings(sightings.time_s[keep], sightings.pixels[keep], sightings.reasons[keep])
+
+
+def _headings(recording: ArmRecording, sightings: Sightings, lag: Lag) -> list[float]:
+    """Headings with which the IMU's movement is best what the camera saw, at that lag."""
+    raw = recording.imus[0]
+    camera_start, seen = banded(sightings.time_s, sightings.pixels[:, 0])
+    imu_start, moved = banded(raw.time_s + lag.offset_s, _acceleration(raw), integrations=2)
+    skip = round((camera_start - imu_start) / GRID_S)
+    a, b = max(0, -skip), max(0, skip)
+    count = min(len(seen) - a, len(moved) - b)
+    seen, moved = seen[a : a + count], moved[b : b + count]
+    slope = _slope(recording, np.nanmean(sightings.pixels[:, 0], axis=0))
+    left = np.array([float(((seen - moved @ (slope @ _about_z(h)).T) ** 2).sum()) for h in HEADINGS])
+    lowest = (left <= np.roll(left, 1)) & (left <= np.roll(left, -1))
+    return [float(HEADINGS[k]) for k in np.argsort(np.where(lowest, left, np.inf))[:HEADINGS_A_LAG] if lowest[k]]
+
+
+def _about_z(angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _slope(recording: ArmRecording, pixel: Array) -> Array:
+    """How a pixel moves with the patch, `(2, 3)` px/m, where its ray is nearest to the shoulder."""
+    camera = recording.views[0].camera
+    ray, origin = camera.ray(pixel), np.asarray(camera.position_m)
+    at = origin + ray * float(ray @ (np.array(recording.arm.shoulder_m) - origin))
+    step = 1e-3
+    moved = camera.project(np.concatenate([at + step * np.eye(3), at - step * np.eye(3)]))
+    return np.asarray((moved[:3] - moved[3:]).T / (2 * step))
+
+
+def _starts(recording: ArmRecording, imu: Imu, sightings: Sightings) -> list[Array]:
+    """Where the first patch that the IMU was there for may be: its ray meets the elbow's sphere at two depths."""
+    seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
+    frame = int(np.argmax(seen & (sightings.time_s >= imu.time_s[0])))
+    at = int(np.clip(np.searchsorted(imu.time_s, sightings.time_s[frame]), 0, len(imu.time_s) - 1))
+    arm, camera = recording.arm, recording.views[0].camera
+    centre = np.array(arm.shoulder_m) - rotate(imu.q_world_sensor[at], np.array([0.0, arm.forearm_m, 0.0]))
+    ray, origin = camera.ray(sightings.pixels[frame, 0]), np.asarray(camera.position_m)
+    nearest = float(ray @ (centre - origin))
+    miss = float(np.linalg.norm(origin + nearest * ray - centre))
+    half = np.sqrt(max(0.0, arm.upper_arm_m**2 - miss**2))
+    return [origin + (nearest + by) * ray for by in ((half, -half) if half > 0.05 else (0.0,))]
+
+
+def _weighed(recording: ArmRecording, sightings: Sightings, worn: Worn, method: ArmMethod) -> Worn:
+    """With its log evidence; the better of its starts."""
+    found = [-np.inf]
+    for one in put_on(recording, worn, sightings):
+        try:
+            evidence = track_arm(one, method, sightings=sightings).log_evidence
+        except InputError:
+            continue
+        except TrackingError as error:
+            evidence = error.track.log_evidence if hasattr(error, "track") else np.full(1, LEAST_EVIDENCE)
+        seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
+        missing = LEAST_EVIDENCE * max(0, int(seen.sum()) - int(np.isfinite(evidence).sum()))
+        found.append(float(np.maximum(evidence[np.isfinite(evidence)], LEAST_EVIDENCE).sum()) + missing)
+    return dataclasses.replace(worn, log_evidence=max(found))
+
+
+def _best(worn: Iterable[Worn], most: int) -> list[Worn]:
+    """The best, none like a better one."""
+    kept: list[Worn] = []
+    for one in sorted(worn, key=lambda one: -one.log_evidence):
+        if len(kept) < most and np.isfinite(one.log_evidence) and not any(_is_same(one, other) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _is_same(one: Worn, other: Worn) -> bool:
+    turn = np.abs((one.heading_rad - other.heading_rad + np.pi) % (2 * np.pi) - np.pi)
+    apart = (abs(one.offset_s - other.offset_s), turn, float(np.arccos(np.clip(one.axis @ other.axis, -1.0, 1.0))))
+    return all(distance < limit for distance, limit in zip(apart, SAME, strict=True))
+
+
+def _moved(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
+    """To where it explains most: steps of clock, heading and axis, halved where none is better."""
+    best = _weighed(recording, sightings, worn, HELD)
+    steps = np.array(STEPS)
+    for _ in range(HALVINGS):
+        gains = True
+        while gains:
+            gains = False
+            for which in range(len(steps)):
+                for sign in (1.0, -1.0):
+                    tried = _weighed(recording, sightings, _stepped(best, which, sign * steps[which]), HELD)
+                    if tried.log_evidence > best.log_evidence + 0.5:
+                        best, gains = tried, True
+                        break
+        steps = steps / 2
+    return best
+
+
+def _stepped(worn: Worn, which: int, by: float) -> Worn:
+    if which == 0:
+        return dataclasses.replace(worn, offset_s=worn.offset_s + by)
+    if which == 1:
+        return dataclasses.replace(worn, heading_rad=(worn.heading_rad + by) % (2 * np.pi))
+    back = conjugate(mount_of(worn.axis))
+    about = np.array([1.0, 0.0, 0.0]) if which == 2 else np.array([0.0, 0.0, 1.0])
+    turned = rotate(rotation_vector_to_quaternion(by * about), np.array([0.0, 1.0, 0.0]))
+    return dataclasses.replace(worn, axis=rotate(back, turned))
