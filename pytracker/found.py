@@ -84,6 +84,8 @@ def _constants(method: Smooth, cameras: int) -> Iterator[tuple[str, str, str, fl
     yield "forearm_m", "forearm", "cm", 100.0, method.forearm_sd_m
     for axis in "xyz":
         yield "shoulder_m", f"shoulder along {axis}", "cm", 100.0, method.shoulder_place_sd_m
+    for axis in "xz":
+        yield "mount", f"forearm about the sensor's {axis}", "°", float(np.degrees(1)), method.mount_sd_rad
     for camera in range(cameras):
         of = "camera" if cameras == 1 else f"camera {camera + 1}"
         for turn in ("pitch", "pan", "roll"):

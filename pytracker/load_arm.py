@@ -78,6 +78,7 @@ def _spreads(entry: ArmFile) -> dict[str, float]:
         "upper_arm_sd_m": [entry.arm.upper_arm_sd_m],
         "forearm_sd_m": [entry.arm.forearm_sd_m],
         "shoulder_place_sd_m": [entry.arm.shoulder_sd_m],
+        "mount_sd_rad": [np.radians(sd) for sd in [entry.imu[0].mount_sd_deg] if sd is not None],
         "clock_sd_s": [entry.imu[0].offset_sd_s],
         "offset_start_sd_m": [camera.patch_offset_sd_m for camera in cameras],
         "camera_turn_sd_rad": [np.radians(c.rotation_sd_deg) for c in cameras if c.rotation_sd_deg is not None],

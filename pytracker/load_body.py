@@ -34,6 +34,8 @@ SLACK_S = 0.1
 MOST = 1000.0
 """No angle in degrees and no place in metres is larger."""
 
+MOUNT_SD_DEG = 3.0
+"""How well a sensor's mount is known where the recording does not say."""
 LEAST_PX = 8.0
 """Root to head must span as much in the first frame; less is a camera in other units."""
 
@@ -67,7 +69,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
         truth=truth,
         poses=poses,
         imus=imus,
-        imu_sds_rad=tuple(math.radians(worn.mount_sd_deg) for worn in entry.imu),
+        imu_sds_rad=tuple(math.radians(MOUNT_SD_DEG if worn.mount_sd_deg is None else worn.mount_sd_deg) for worn in entry.imu),
         folder=folder,
         files=(path, *files, *skeleton_file),
         warnings=warnings,

@@ -276,6 +276,7 @@ class Smooth(Mixture):
         upper_arm_sd_m: how well the upper arm's length is known, m.
         forearm_sd_m: how well the forearm's length is known, m.
         shoulder_place_sd_m: how well the place about which the shoulder moves is known, m per axis.
+        mount_sd_rad: how well it is known how the sensor lies on the forearm, rad per axis across it.
         camera_turn_sd_rad: how well a camera's direction is known, rad per axis.
         camera_distance_sd_m: how well a camera's distance is known, m.
         focal_sd: how well its focal length is known, as a share of it.
@@ -289,6 +290,7 @@ class Smooth(Mixture):
     upper_arm_sd_m: float = 0.012
     forearm_sd_m: float = 0.01
     shoulder_place_sd_m: float = 0.025
+    mount_sd_rad: float = 0.035
     camera_turn_sd_rad: float = 0.01
     camera_distance_sd_m: float = 0.1
     focal_sd: float = 0.015

@@ -64,7 +64,7 @@ class ImuEntry(Entry):
     offset_sd_s: Spread | None = None
     heading_deg: Finite | None = None
     mount: tuple[Finite, Finite, Finite, Finite] = (1.0, 0.0, 0.0, 0.0)
-    mount_sd_deg: Annotated[float, Field(strict=True, gt=0, le=90)] = 3.0
+    mount_sd_deg: Annotated[float, Field(strict=True, gt=0, le=57)] | None = None
     acc_unit: AccUnit = "m/s2"
     gyr_unit: GyrUnit = "rad/s"
     quaternion: Order = "wxyz"

@@ -15,10 +15,15 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.found import found_by
 
 KNOWN = pt.Smooth(
-    upper_arm_sd_m=0.0, forearm_sd_m=0.0, shoulder_place_sd_m=0.0, camera_turn_sd_rad=0.0,
+    upper_arm_sd_m=0.0, forearm_sd_m=0.0, shoulder_place_sd_m=0.0, mount_sd_rad=0.0, camera_turn_sd_rad=0.0,
     camera_distance_sd_m=0.0, focal_sd=0.0,
 )  # fmt: skip
 """Lengths, shoulder and camera are as they are said to be."""
+AS_WORN = pt.Smooth(
+    upper_arm_sd_m=0.005, forearm_sd_m=0.005, shoulder_place_sd_m=0.005, camera_turn_sd_rad=0.005,
+    camera_distance_sd_m=0.02, focal_sd=0.01,
+)  # fmt: skip
+"""They are known as well as the simulator of worn arms says that they are (`pytracker.simulate.worn`)."""
 LIVELY = pt.ArmScene(pattern="gesture", worn=True, period_s=2.0)
 
 
@@ -27,10 +32,11 @@ LIVELY = pt.ArmScene(pattern="gesture", worn=True, period_s=2.0)
     [
         (pt.Smooth(), LIVELY, 0.055, 0.75),
         (pt.Smooth(), pt.ArmScene(pattern="reach", worn=True), 0.085, 0.85),
-        (pt.Smooth(), pt.ArmScene(worn=True), 0.075, 1.1),
+        (AS_WORN, pt.ArmScene(worn=True), 0.075, 1.1),
+        (pt.Smooth(), pt.ArmScene(worn=True), 0.08, 1.25),
         (KNOWN, pt.ArmScene(), 0.036, 1.1),
     ],
-    ids=["gestures", "reach", "circle", "circle, not worn, of which all is known"],
+    ids=["gestures", "reach", "circle", "circle, less known", "circle, not worn, of which all is known"],
 )
 def test_what_comes_after_helps_and_its_bands_hold(
     method: pt.Smooth, scene: pt.ArmScene, most_m: float, share: float

@@ -4,7 +4,7 @@
 
 use super::colour::Sighting;
 use super::particle::Frame;
-use super::setup::{OF_ARM, PER_CAMERA, SHOULDER, SeenBy, seen_by};
+use super::setup::{MOUNT, OF_ARM, PER_CAMERA, SHOULDER, SeenBy, seen_by};
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
 use crate::filter::{Gaussian, Linear};
 use crate::{Error, Result};
@@ -66,6 +66,17 @@ impl<'a> Seen<'a> {
         (self.turn(state) * arm, self.layout.tilt.map(|column| (column, -arm.cross_matrix())))
     }
 
+    /// Wrist to elbow in the world by the orientation as measured: as long as it is, and beside the sensor's axis as it lies;
+    /// and its slope by columns.
+    fn forearm(&self, state: &DVector<f64>) -> (Vector3<f64>, Option<[(usize, Vector3<f64>); 3]>) {
+        let Some(first) = self.layout.setup else { return (self.forearm, None) };
+        let length = self.arm.forearm_m + state[first + 1];
+        let [x, y, z]: [Vector3<f64>; 3] = std::array::from_fn(|d| self.world_sensor.column(d).into());
+        let along = y + z * state[first + MOUNT] - x * state[first + MOUNT + 1];
+        let slope = [(first + 1, along), (first + MOUNT, z * length), (first + MOUNT + 1, -x * length)];
+        (along * length, Some(slope))
+    }
+
     /// The elbow when the camera sees the wrist, and its slope `(3, D)`.
     pub fn elbow_seen(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
         let ((elbow, mut slope), (wrist, by_wrist)) = (self.elbow(state), self.wrist(state));
@@ -75,15 +86,14 @@ impl<'a> Seen<'a> {
 
     /// The elbow by the IMU's clock, world, m, and its slope `(3, D)`.
     fn elbow(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
-        let along: Vector3<f64> = self.world_sensor.column(1).into();
-        let longer = self.layout.setup.map_or(0.0, |column| state[column + 1]);
-        let (forearm, by_tilt) = self.turned(state, self.forearm + along * longer);
+        let (lies, by_setup) = self.forearm(state);
+        let (forearm, by_tilt) = self.turned(state, lies);
         let mut slope = self.by_position();
         if let Some((column, by_tilt)) = by_tilt {
             slope.fixed_view_mut::<3, 3>(0, column).copy_from(&by_tilt);
         }
-        if let Some(column) = self.layout.setup {
-            slope.fixed_view_mut::<3, 1>(0, column + 1).copy_from(&(self.turn(state) * along));
+        for (column, by_column) in by_setup.into_iter().flatten() {
+            slope.fixed_view_mut::<3, 1>(0, column).copy_from(&(self.turn(state) * by_column));
         }
         (state.fixed_rows::<3>(POSITION) + forearm, slope)
     }
@@ -217,6 +227,7 @@ mod tests {
             upper_arm_sd: 0.01,
             forearm_sd: 0.02,
             shoulder_sd: 0.02,
+            mount_sd: 0.05,
             turn_sd: 0.01,
             distance_sd: 0.05,
             focal_sd: 0.02,
@@ -282,8 +293,7 @@ mod tests {
             let (at, sd) = (state(seen.layout), 0.03);
             let mut covariance = DMatrix::zeros(seen.layout.dim, seen.layout.dim);
             covariance.fixed_view_mut::<3, 3>(POSITION, POSITION).fill_diagonal(sd * sd);
-            let (known, unknown) =
-                (seen.length(&at, None).unwrap(), seen.length(&at, Some(&covariance)).unwrap());
+            let (known, unknown) = (seen.length(&at, None).unwrap(), seen.length(&at, Some(&covariance)).unwrap());
             // Sigma points at the square root of 3: exact for a Gaussian up to the fifth order.
             let residual = |x: &DVector<f64>| seen.arm.upper_arm_m - seen.upper_arm(x).0.norm();
             let moved = |d: usize, by: f64| {

@@ -116,8 +116,9 @@ impl ArmMixture {
         let seen = Seen::new(self.layout, arm, noise, frame);
         let mut evidence = None;
         for sighting in &frame.sightings {
-            let found =
-                self.state.correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, Some(covariance)))?;
+            let found = self
+                .state
+                .correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, Some(covariance)))?;
             // Of what was seen: a length that is known beforehand is no observation.
             *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
         }

@@ -1,6 +1,6 @@
 //! What was measured once of an arm and its cameras, and not quite rightly: constants of a recording that a smoother estimates.
 //!
-//! Not in the paper. Two lengths, the shoulder's place, and for every camera a small turn about its centre, its distance and its focal length. What
+//! Not in the paper. Two lengths, the shoulder's place, how the sensor lies on the forearm, and for every camera a small turn about its centre, its distance and its focal length. What
 //! the data do not say of them stays as wide as it was known, and makes the bands of everything else as wide as they should be.
 
 use super::state::{GaussMarkov, View};
@@ -8,10 +8,12 @@ use crate::{Result, error::require};
 use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
-/// Columns of the arm: upper arm, forearm, shoulder (world), m.
-pub const OF_ARM: usize = 5;
+/// Columns of the arm: upper arm, forearm, shoulder (world), m; turn of the forearm about the sensor's x and z, rad.
+pub const OF_ARM: usize = 7;
 /// The first of the shoulder.
 pub const SHOULDER: usize = 2;
+/// The first of the forearm's turn.
+pub const MOUNT: usize = 5;
 /// Columns of a camera: turn about its x, y, z, rad; distance, m; share of the focal length.
 pub const PER_CAMERA: usize = 5;
 /// Columns of a camera for which there is room.
@@ -26,6 +28,8 @@ pub struct Setup {
     pub forearm_sd: f64,
     /// Place about which the shoulder moves, m per axis.
     pub shoulder_sd: f64,
+    /// Turn of the forearm beside the sensor, rad per axis.
+    pub mount_sd: f64,
     /// Turn of a camera, rad per axis.
     pub turn_sd: f64,
     /// Its distance, m.
@@ -46,6 +50,7 @@ impl Setup {
             ("upper_arm_sd_m", self.upper_arm_sd),
             ("forearm_sd_m", self.forearm_sd),
             ("shoulder_place_sd_m", self.shoulder_sd),
+            ("mount_sd_rad", self.mount_sd),
             ("camera_turn_sd_rad", self.turn_sd),
             ("camera_distance_sd_m", self.distance_sd),
             ("focal_sd", self.focal_sd),
@@ -64,7 +69,12 @@ impl Setup {
     pub fn processes(&self) -> Vec<(usize, usize, GaussMarkov)> {
         let constant = |start_sd| GaussMarkov { start_sd, density: 0.0 };
         let (upper, fore) = (constant(self.upper_arm_sd), constant(self.forearm_sd));
-        let arm = [(0, 1, upper), (1, 1, fore), (SHOULDER, 3, constant(self.shoulder_sd))];
+        let arm = [
+            (0, 1, upper),
+            (1, 1, fore),
+            (SHOULDER, 3, constant(self.shoulder_sd)),
+            (MOUNT, 2, constant(self.mount_sd)),
+        ];
         let cameras = (0..self.cameras).flat_map(|camera| {
             let first = OF_ARM + PER_CAMERA * camera;
             let (turn, distance, focal) = (self.turn_sd, self.distance_sd, self.focal_sd);
