@@ -34,6 +34,8 @@ SHOULDER_M = 0.10
 ELBOW_SWINGS_M = 0.06
 """A shoulder that is taken to be still moves by a few centimetres."""
 
+START_FROM_RAY = {"position_start_sd_m": 0.15, "velocity_start_sd": 0.3}
+"""How well the first wrist is known where only the patch's ray and the arm's reach tell it, m and m/s."""
 MISS_M = 0.10
 """How far the patch's ray may pass from the arm sphere when the start is found from it."""
 
@@ -64,7 +66,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         imus=(imu,),
         arm=arm,
         truth=truth,
-        spreads=_spreads(entry),
+        spreads=_spreads(entry) | (START_FROM_RAY if start_warnings else {}),
         folder=folder,
         files=(path, *(folder / name for name in names if name is not None)),
         warnings=(*warnings, *overlap_warnings, *truth_warnings, *start_warnings),

@@ -128,8 +128,7 @@ def _smoothed(tracker: ArmTracker, frames: int, progress: Progress | None, threa
                 progress("smooth", done)
     except TrackingError:
         return {"doubt": ["the recording could not be smoothed: this is the filter's estimate"] * frames}
-    changed = (name for name in (tables[0] if tables else ()) if name != "log_evidence")
-    return {name: np.concatenate([table[name] for table in tables]) for name in changed}
+    return {name: np.concatenate([table[name] for table in tables]) for name in (tables[0] if tables else ())}
 
 
 def _assemble(

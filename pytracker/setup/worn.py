@@ -8,7 +8,7 @@ patch, and the best are moved in small steps to where they explain it best.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from pytracker._core import InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.methods import ArmMethod, Ekf, Mixture
+from pytracker.methods import Ekf
 from pytracker.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import (
     Array,
@@ -29,12 +29,10 @@ from pytracker.rotation import (
 from pytracker.setup.lag import GRID_S, Lag, banded, find_lags
 from pytracker.track_arm import track_arm
 
-__all__ = ["Worn", "find_worn", "lags_of", "mount_of", "put_on"]
+__all__ = ["CLEAR", "Worn", "find_worn", "lags_of", "mount_of", "put_on", "refined", "weighed"]
 
 HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05)
-"""Fast: it weighs every hypothesis."""
-LIVING = Mixture(components=6, clock_sd_s=0.01, arm_length_sd_m=0.02, shoulder_sd_m=0.03)
-"""It decides between the best."""
+"""Fast, and its log evidence is that of the arm's length too, which tells headings and axes apart."""
 HEADINGS = np.radians(np.arange(0.0, 360.0, 5.0))
 AXES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 LEAST_EVIDENCE = -30.0
@@ -44,6 +42,8 @@ FINALISTS = 6
 STEPS = (0.06, np.radians(8.0), np.radians(10.0), np.radians(10.0))
 """First steps of clock, heading, and the axis about two others; they are halved so often:"""
 HALVINGS = 4
+ALONG_DEG = 6.0
+"""An IMU is strapped on with one of its axes along the forearm, give or take so much."""
 MOST_FRAMES = 750
 """More frames say no more than these, and take longer."""
 CLEAR = 15.0
@@ -110,9 +110,8 @@ def find_worn(recording: ArmRecording, sightings: Sightings, lags: Iterable[Lag]
         for heading in _headings(recording, sightings, lag)
         for axis in AXES
     ]
-    weighed = _best((_weighed(recording, sightings, worn, HELD) for worn in coarse), FINALISTS)
-    finer = [_weighed(recording, sightings, _moved(recording, sightings, worn), LIVING) for worn in weighed]
-    return tuple(_best(finer, FINALISTS))
+    best = _best((weighed(recording, sightings, worn) for worn in coarse), FINALISTS)
+    return tuple(_best((refined(recording, sightings, worn) for worn in best), FINALISTS))
 
 
 def _acceleration(imu: Imu) -> Array:
@@ -169,12 +168,13 @@ def _starts(recording: ArmRecording, imu: Imu, sightings: Sightings) -> list[Arr
     return [origin + (nearest + by) * ray for by in ((half, -half) if half > 0.05 else (0.0,))]
 
 
-def _weighed(recording: ArmRecording, sightings: Sightings, worn: Worn, method: ArmMethod) -> Worn:
-    """With its log evidence; the better of its starts."""
+def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
+    """With its log evidence, of the better of its starts, and of how likely one wears it so."""
+    sightings = _first(sightings)
     found = [-np.inf]
     for one in put_on(recording, worn, sightings):
         try:
-            evidence = track_arm(one, method, sightings=sightings).log_evidence
+            evidence = track_arm(one, HELD, sightings=sightings).log_evidence
         except InputError:
             continue
         except TrackingError as error:
@@ -182,7 +182,8 @@ def _weighed(recording: ArmRecording, sightings: Sightings, worn: Worn, method: 
         seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
         missing = LEAST_EVIDENCE * max(0, int(seen.sum()) - int(np.isfinite(evidence).sum()))
         found.append(float(np.maximum(evidence[np.isfinite(evidence)], LEAST_EVIDENCE).sum()) + missing)
-    return dataclasses.replace(worn, log_evidence=max(found))
+    aslant = np.degrees(np.arccos(min(1.0, float(np.abs(worn.axis).max()))))
+    return dataclasses.replace(worn, log_evidence=max(found) - 0.5 * (aslant / ALONG_DEG) ** 2)
 
 
 def _best(worn: Iterable[Worn], most: int) -> list[Worn]:
@@ -200,17 +201,17 @@ def _is_same(one: Worn, other: Worn) -> bool:
     return all(distance < limit for distance, limit in zip(apart, SAME, strict=True))
 
 
-def _moved(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
-    """To where it explains most: steps of clock, heading and axis, halved where none is better."""
-    best = _weighed(recording, sightings, worn, HELD)
+def refined(recording: ArmRecording, sightings: Sightings, worn: Worn, *, fixed: Collection[int] = ()) -> Worn:
+    """Moved to where it explains most: steps of clock, heading and axis, but for `fixed` ones, halved where none is better."""
+    best = weighed(recording, sightings, worn)
     steps = np.array(STEPS)
     for _ in range(HALVINGS):
         gains = True
         while gains:
             gains = False
-            for which in range(len(steps)):
+            for which in sorted({*range(len(steps))} - {*fixed}):
                 for sign in (1.0, -1.0):
-                    tried = _weighed(recording, sightings, _stepped(best, which, sign * steps[which]), HELD)
+                    tried = weighed(recording, sightings, _stepped(best, which, sign * steps[which]))
                     if tried.log_evidence > best.log_evidence + 0.5:
                         best, gains = tried, True
                         break

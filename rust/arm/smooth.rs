@@ -148,10 +148,14 @@ impl<'a> Recorded<'a> {
         let steps = self.retimed(delay_s, &noise)?;
         let branch = ArmBranch { arm: self.arm, noise: &noise, views: self.views, filter: self.filter, steps: &steps };
         let Smoothed { states, log_evidence, .. } = branch.smoothed()?;
-        let estimates = states.iter().enumerate().map(|(step, state)| branch.estimate(step, state)).collect();
+        let estimate = |(step, state)| Estimate {
+            log_evidence: Some(log_evidence[step]),
+            ..branch.estimate(step, state)
+        };
+        let estimates = states.iter().enumerate().map(estimate).collect();
         let in_sd =
             self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
-        Ok(Delayed { delay_s, log_density: log_evidence - 0.5 * in_sd * in_sd, estimates })
+        Ok(Delayed { delay_s, log_density: log_evidence.iter().sum::<f64>() - 0.5 * in_sd * in_sd, estimates })
     }
 
     /// The frames, seen so much later by the IMU's clock; without the clock's column, which is the last.
@@ -254,5 +258,6 @@ fn together(found: &[Delayed], weights: &[f64], frame: usize) -> Estimate {
         Point::together(&parts.iter().map(|(weight, one)| (*weight, of(&one.estimates[frame]))).collect::<Vec<_>>())
     };
     let (wrist, elbow) = (points(|e| &e.wrist), points(|e| &e.elbow));
-    Estimate { mean, covariance, wrist, elbow, ..parts[0].1.estimates[frame].clone() }
+    let evidence = parts.iter().map(|(weight, one)| weight * one.estimates[frame].log_evidence.unwrap_or(0.0)).sum();
+    Estimate { mean, covariance, wrist, elbow, log_evidence: Some(evidence), ..parts[0].1.estimates[frame].clone() }
 }

@@ -50,8 +50,8 @@ pub struct Smoothed {
     pub states: Vec<Gaussian>,
     /// Minus twice the log posterior of the trajectory, but for a constant.
     pub cost: f64,
-    /// Log evidence of all that was measured, by the last linearisation.
-    pub log_evidence: f64,
+    /// Log evidence of what was measured at every step given the steps before, by the last linearisation.
+    pub log_evidence: Vec<f64>,
     /// Whether the trajectory had settled before the last turn.
     pub is_settled: bool,
 }
@@ -62,7 +62,6 @@ struct Forward {
     /// None where the chain starts.
     transitions: Vec<Option<DMatrix<f64>>>,
     corrections: Vec<Vec<Correction>>,
-    log_evidence: f64,
 }
 
 /// Smooth `chain`, starting from a trajectory: at most `turns` steps, each shortened until it explains more than the last, until
@@ -95,7 +94,9 @@ pub fn smooth(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settl
     }
     let mut forward = filter(chain, &at)?;
     covariances(&mut forward);
-    let Forward { filtered: mut states, log_evidence, .. } = forward;
+    let Forward { filtered: mut states, corrections, .. } = forward;
+    let of_step = |step: &Vec<Correction>| step.iter().map(|correction| correction.log_evidence).sum();
+    let log_evidence = corrections.iter().map(of_step).collect();
     // The trajectory that was found, with the spread about it.
     states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
     Ok(Smoothed { states, cost, log_evidence, is_settled })
@@ -157,7 +158,6 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Forward> {
         filtered: Vec::with_capacity(count),
         transitions: Vec::with_capacity(count),
         corrections: Vec::with_capacity(count),
-        log_evidence: 0.0,
     };
     for (step, at) in at.iter().enumerate() {
         let (mut state, transition) = match (chain.start(step), forward.filtered.last()) {
@@ -178,7 +178,6 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Forward> {
             let correction = Correction::new(chain.time_s(step), &state, (residual, slope, noise))?;
             state.mean += correction.step();
             correction.narrow(&mut state.covariance);
-            forward.log_evidence += correction.log_evidence;
             corrections.push(correction);
         }
         forward.transitions.push(transition);
@@ -322,7 +321,7 @@ mod tests {
             evidence += whole.correct(0.0, &residual, &slope, &DMatrix::from_element(1, 1, NOISE)).unwrap();
         }
         let found = smooth(&chain, vec![DVector::zeros(2); n], 5, 1e-9).unwrap();
-        assert!(found.is_settled && (found.log_evidence - evidence).abs() < 1e-10);
+        assert!(found.is_settled && (found.log_evidence.iter().sum::<f64>() - evidence).abs() < 1e-10);
         for (k, state) in found.states.iter().enumerate() {
             assert!((&state.mean - whole.mean.rows(2 * k, 2)).amax() < 1e-11, "step {k}");
             assert!((&state.covariance - whole.covariance.view((2 * k, 2 * k), (2, 2))).amax() < 1e-12, "step {k}");
@@ -338,7 +337,7 @@ mod tests {
         let (left, right) = (side(-1.0), side(1.0));
         assert!(left.is_settled && right.is_settled);
         assert!(left.states.iter().all(|s| s.mean[0] < -0.5) && right.states.iter().all(|s| s.mean[0] > 0.5));
-        assert!((left.log_evidence - right.log_evidence).abs() < 1e-9);
+        assert!(left.log_evidence.iter().zip(&right.log_evidence).all(|(l, r)| (l - r).abs() < 1e-9));
     }
 
     /// What comes after a fresh start says nothing of what was before it.
