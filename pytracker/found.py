@@ -53,9 +53,10 @@ class Found:
         """The change in standard deviations of what was known."""
         return abs(self.change) / self.given_sd
 
-    def __str__(self) -> str:
-        sign = "" if self.is_told else " (the data do not tell)"
-        return f"{self.what}: {self.change:+.3g} ± {self.sd:.2g} {self.unit}, known to ± {self.given_sd:.2g}{sign}"
+    @property
+    def words(self) -> str:
+        """The change, in a sentence with numbers."""
+        return f"differs by {self.change:+.3g} ± {self.sd:.2g} {self.unit}, known to ± {self.given_sd:.2g} {self.unit}"
 
 
 def found_by(track: Track) -> tuple[Found, ...]:
@@ -72,7 +73,7 @@ def found_by(track: Track) -> tuple[Found, ...]:
     variances = np.diagonal(track.state_covariance[known], axis1=1, axis2=2)[:, first:].mean(axis=0)
     scaled = zip(names, changes, np.sqrt(np.maximum(variances, 0.0)), strict=True)
     return tuple(
-        Found(name, what, unit, scale * float(change), scale * given_sd, scale * float(sd))
+        Found(name, what, unit, scale * float(change), abs(scale) * given_sd, abs(scale) * float(sd))
         for (name, what, unit, scale, given_sd), change, sd in scaled
         if given_sd > 0.0
     )

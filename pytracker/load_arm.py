@@ -74,7 +74,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
 
 
 def _spreads(entry: ArmFile) -> dict[str, float]:
-    """How well things are known, where the file says so, by the parameter of a method; the widest of several cameras."""
+    """How well things are known, where the file says so, by a method's parameter; the widest of several cameras."""
     cameras = entry.camera
     said = {
         "upper_arm_sd_m": [entry.arm.upper_arm_sd_m],

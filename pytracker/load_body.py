@@ -69,7 +69,9 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
         truth=truth,
         poses=poses,
         imus=imus,
-        imu_sds_rad=tuple(math.radians(MOUNT_SD_DEG if worn.mount_sd_deg is None else worn.mount_sd_deg) for worn in entry.imu),
+        imu_sds_rad=tuple(
+            math.radians(MOUNT_SD_DEG if worn.mount_sd_deg is None else worn.mount_sd_deg) for worn in entry.imu
+        ),
         folder=folder,
         files=(path, *files, *skeleton_file),
         warnings=warnings,

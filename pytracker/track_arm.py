@@ -62,7 +62,8 @@ def track_arm(
     """
     began = time.perf_counter()
     parameters = {field.name for field in fields(method)}
-    method = replace(method, **{name: sd for name, sd in recording.spreads.items() if name in parameters})
+    said: dict[str, Any] = {name: sd for name, sd in recording.spreads.items() if name in parameters}
+    method = replace(method, **said)
     if sightings is None:
         sightings = sight(recording, progress=progress)
     seen = time.perf_counter()

@@ -6,6 +6,7 @@
 | `settings` | `--method` and `--set` |
 | `parameters` | what `--help` says of them |
 | `tracking` | `demo`, `track`, `report`, `evaluate`, `inspect` |
+| `setting_up` | `init`, `check` |
 | `studies` | `study`, `reproduce` |
 | `recordings` | `simulate`, `frame` |
 | `terminal` | progress bars and tables |

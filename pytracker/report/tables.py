@@ -18,8 +18,8 @@ from pytracker._core import InputError, __version__
 from pytracker.digest import sha256_of
 from pytracker.doubts import doubts
 from pytracker.evaluate import Scores
-from pytracker.found import found_by
 from pytracker.formats.text import parse_table, read_lines
+from pytracker.found import found_by
 from pytracker.joint_track import JointTrack, Track
 from pytracker.methods import Method
 from pytracker.recording import Recording

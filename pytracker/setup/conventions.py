@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from pytracker.formats.imu_agreement import turns
-from pytracker.formats.imu_conventions import Conventions, in_our_terms
+from pytracker.formats.imu_conventions import Conventions, Direction, Order, in_our_terms
 from pytracker.formats.imu_gravity import GRAVITY, unsteadiness
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import rotate
@@ -25,9 +26,9 @@ TURN_S = 0.1
 """Turns are compared over so long, s."""
 LEAST_TURN_RAD = 3.0
 """A recording that turns by less in all, beside its noise, says little of its quaternion."""
-ALIKE, APART = 0.85, 0.1
-"""Cosine between the turns of gyroscope and orientation: of the right convention at least, and by how much the next
-best must be less."""
+ALIKE, APART = 0.85, (0.02, 3.0)
+"""Cosine between the turns of gyroscope and orientation: of the right convention at least; the next best must lack more of
+one, by so much and so many times what the best lacks."""
 STEADY, UNSTEADY = 2.5, 1.6
 """Without a gyroscope: gravity in the world varies by less, m/s², and by so many times more with the next best."""
 IN_G, IN_SI = (0.7, 1.6), (6.5, 20.0)
@@ -43,45 +44,46 @@ class FoundConventions:
     Attributes:
         conventions: the best.
         unknown: fields of it that cannot be told; they are as in `Conventions()`.
-        evidence: in words with numbers.
+        evidence: in words with numbers, by field.
     """
 
     conventions: Conventions
     unknown: tuple[str, ...]
-    evidence: str
+    evidence: Mapping[str, str]
 
 
 def find_conventions(log: ImuLog) -> FoundConventions:
     """Of a log as it was read, before anything is turned or checked."""
-    conventions, unknown, words = Conventions(), [], []
+    conventions, unknown, words = Conventions(), [], dict.fromkeys(("acc_unit", "earth"), "the file has none")
     if log.acc is not None:
         size = float(np.nanmedian(np.linalg.norm(log.acc, axis=1)))
-        words.append(f"the specific force has a median length of {size:.3g}")
+        words["acc_unit"] = f"the specific force has a median length of {size:.3g}"
         if IN_G[0] < size < IN_G[1]:
             conventions = dataclasses.replace(conventions, acc_unit="g")
         elif not IN_SI[0] < size < IN_SI[1]:
             unknown.append("acc_unit")
     if log.q_world_sensor is None:
-        return FoundConventions(conventions, (*unknown, *(["gyr_unit"] if log.gyr is not None else [])), words[0])
+        words["gyr_unit"] = "there is no orientation in the file to compare it with"
+        return FoundConventions(conventions, (*unknown, *(["gyr_unit"] if log.gyr is not None else [])), words)
     by_turns = log.gyr is not None and _turned(log) > LEAST_TURN_RAD
     conventions, sure, said = _by_gyroscope(log, conventions) if by_turns else _by_gravity(log, conventions)
-    words.append(said)
+    words |= dict.fromkeys(("gyr_unit", "quaternion", "quaternion_takes"), said)
     if not sure:
         unknown += ["quaternion", "quaternion_takes", *(["gyr_unit"] if log.gyr is not None else [])]
         conventions = dataclasses.replace(Conventions(), acc_unit=conventions.acc_unit)
     ours = in_our_terms(log, conventions)
     if ours.acc is not None and ours.q_world_sensor is not None:
         up = float(np.nanmean(rotate(ours.q_world_sensor, ours.acc)[:, 2]))
-        words.append(f"turned to the world it is {up:+.1f} m/s² along z")
+        words["earth"] = f"turned to the world the specific force is {up:+.1f} m/s² along z on average"
         if abs(up) < 0.6 * GRAVITY:
             unknown.append("earth")
         elif up < 0:
             conventions = dataclasses.replace(conventions, earth="z down")
-    return FoundConventions(conventions, tuple(unknown), "; ".join(words))
+    return FoundConventions(conventions, tuple(unknown), words)
 
 
 def _quaternions(of: Conventions) -> Iterator[Conventions]:
-    for order, direction in itertools.product(("wxyz", "xyzw"), ("sensor to world", "world to sensor")):
+    for order, direction in itertools.product(get_args(Order), get_args(Direction)):
         yield dataclasses.replace(of, quaternion=order, quaternion_takes=direction)
 
 
@@ -112,7 +114,7 @@ def _by_gyroscope(log: ImuLog, conventions: Conventions) -> tuple[Conventions, b
         f"gyroscope and orientation turn alike with a cosine of {cosine:.2f} ({second:.2f} with the next best order or "
         f"direction), the gyroscope {ratio:.3g} times as much"
     )
-    return best, cosine > ALIKE and cosine - second > APART, words
+    return best, cosine > ALIKE and 1 - second > APART[0] + APART[1] * (1 - cosine), words
 
 
 def _pairs(a: np.ndarray, b: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:

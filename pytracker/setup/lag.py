@@ -70,8 +70,8 @@ def banded(time_s: Array, values: Array, *, integrations: int = 0) -> tuple[floa
 def find_lags(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) -> tuple[Lag, ...]:
     """The best ways to lay them over each other, best first; none where they never overlap for long enough.
 
-    `pixels` `(T, 2)` are where the patch was at `frame_s`, by the video's clock; `acceleration` `(M, 3)` is the IMU's in
-    its own earth frame without gravity, by its own clock.
+    `pixels` `(T, 2)` are where the patch was at `frame_s`, by the video's clock; `acceleration` `(M, 3)` is the IMU's
+    in its own earth frame without gravity, by its own clock.
     """
     camera_start, camera = banded(frame_s, pixels)
     imu_start, imu = banded(imu_s, acceleration, integrations=2)

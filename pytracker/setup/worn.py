@@ -1,14 +1,14 @@
 """How a forearm's IMU is worn and set up: clock, heading and the axis along the forearm, found from a whole recording.
 
-Coarse first: lags from `pytracker.setup.lag`, headings by what the camera should then have seen, each of six axes of the
-sensor along the forearm. Then each is weighed by how well a filter that is held by the arm's length explains the
+Coarse first: lags from `pytracker.setup.lag`, headings by what the camera should then have seen, each of six axes of
+the sensor along the forearm. Then each is weighed by how well a filter that is held by the arm's length explains the
 patch, and the best are moved in small steps to where they explain it best.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,15 +29,18 @@ from pytracker.rotation import (
 from pytracker.setup.lag import GRID_S, Lag, banded, find_lags
 from pytracker.track_arm import track_arm
 
-__all__ = ["CLEAR", "Worn", "find_worn", "lags_of", "mount_of", "put_on", "refined", "weighed"]
+__all__ = ["CLEAR", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "put_on", "refined", "weighed"]
 
-HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05)
+HELD = Ekf(
+    corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05
+)
 """Fast, and its log evidence is that of the arm's length too, which tells headings and axes apart."""
 HEADINGS = np.radians(np.arange(0.0, 360.0, 5.0))
 AXES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 LEAST_EVIDENCE = -30.0
 """A frame counts no worse."""
 HEADINGS_A_LAG = 2
+FINALISTS_AN_AXIS = 2
 FINALISTS = 6
 STEPS = (0.06, np.radians(8.0), np.radians(10.0), np.radians(10.0))
 """First steps of clock, heading, and the axis about two others; they are halved so often:"""
@@ -80,7 +83,7 @@ def mount_of(axis: Array) -> Array:
 
 
 def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterator[ArmRecording]:
-    """`recording`, whose IMU is as the file has it, with the IMU worn so; once for every place the wrist may start at."""
+    """`recording`, its IMU as the file has it, with the IMU worn so; once for every place the wrist may start at."""
     raw, mount = recording.imus[0], mount_of(worn.axis)
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, worn.heading_rad]))
     imu = Imu(
@@ -101,17 +104,23 @@ def lags_of(recording: ArmRecording, sightings: Sightings) -> tuple[Lag, ...]:
     return find_lags(sightings.time_s, sightings.pixels[:, 0], raw.time_s, _acceleration(raw))
 
 
-def find_worn(recording: ArmRecording, sightings: Sightings, lags: Iterable[Lag]) -> tuple[Worn, ...]:
-    """The ways that explain the recording best, best first, each different from the others; empty where none does."""
+def find_worn(
+    recording: ArmRecording, sightings: Sightings, lags: Iterable[Lag], axes: Sequence[Array] = AXES
+) -> tuple[Worn, ...]:
+    """The ways, with one of `axes` along the forearm, that explain the recording best, each different from the others.
+
+    Best first; empty where none does.
+    """
     sightings = _first(sightings)
-    coarse = [
-        Worn(lag.offset_s, heading, axis)
-        for lag in lags
-        for heading in _headings(recording, sightings, lag)
-        for axis in AXES
-    ]
-    best = _best((weighed(recording, sightings, worn) for worn in coarse), FINALISTS)
-    return tuple(_best((refined(recording, sightings, worn) for worn in best), FINALISTS))
+    hypotheses = [(lag.offset_s, heading) for lag in lags for heading in _headings(recording, sightings, lag)]
+    best: list[Worn] = []
+    for axis in axes:
+        # The best of each axis: which of them it is shows only when they have been moved to where they fit.
+        each = (weighed(recording, sightings, Worn(offset_s, heading, axis)) for offset_s, heading in hypotheses)
+        best += _best(each, FINALISTS_AN_AXIS)
+    # An axis that is given is not moved.
+    fixed = (2, 3) if len(axes) == 1 else ()
+    return tuple(_best((refined(recording, sightings, worn, fixed=fixed) for worn in best), FINALISTS))
 
 
 def _acceleration(imu: Imu) -> Array:
@@ -190,19 +199,20 @@ def _best(worn: Iterable[Worn], most: int) -> list[Worn]:
     """The best, none like a better one."""
     kept: list[Worn] = []
     for one in sorted(worn, key=lambda one: -one.log_evidence):
-        if len(kept) < most and np.isfinite(one.log_evidence) and not any(_is_same(one, other) for other in kept):
+        if len(kept) < most and np.isfinite(one.log_evidence) and not any(is_same(one, other) for other in kept):
             kept.append(one)
     return kept
 
 
-def _is_same(one: Worn, other: Worn) -> bool:
+def is_same(one: Worn, other: Worn) -> bool:
+    """Whether two ways are nearer than can be told."""
     turn = np.abs((one.heading_rad - other.heading_rad + np.pi) % (2 * np.pi) - np.pi)
     apart = (abs(one.offset_s - other.offset_s), turn, float(np.arccos(np.clip(one.axis @ other.axis, -1.0, 1.0))))
     return all(distance < limit for distance, limit in zip(apart, SAME, strict=True))
 
 
 def refined(recording: ArmRecording, sightings: Sightings, worn: Worn, *, fixed: Collection[int] = ()) -> Worn:
-    """Moved to where it explains most: steps of clock, heading and axis, but for `fixed` ones, halved where none is better."""
+    """Moved to where it explains most: by steps of clock, heading and axis, but `fixed` ones, ever smaller."""
     best = weighed(recording, sightings, worn)
     steps = np.array(STEPS)
     for _ in range(HALVINGS):

@@ -1,0 +1,64 @@
+"""Commands that make a recording ready: `init`, `check`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pytracker.cli.options import Folder, Force, check_new, say
+from pytracker.output import write_whole
+from pytracker.setup import check as look_at
+from pytracker.setup import init as begin
+
+__all__ = ["commands"]
+
+commands = typer.Typer()
+
+
+@commands.command()
+def init(
+    out: Annotated[Path, typer.Argument(help="Folder of the recording; its recording.toml must not exist.")],
+    video: Annotated[Path, typer.Option(help="The camera's file.")],
+    imu: Annotated[Path | None, typer.Option(help="The IMU's file: an arm. Without one: a body.")] = None,
+    keypoints: Annotated[Path | None, typer.Option(help="2-D keypoints of the video (body).")] = None,
+    truth: Annotated[Path | None, typer.Option(help="Measured joints, where there are any.")] = None,
+    known: Annotated[
+        Path | None, typer.Option(help="TOML file with keys of [[camera]] and [arm] that are known already.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace a recording.toml that is there.")] = False,
+) -> None:
+    """Write a first recording.toml that says what was found, what was guessed and what is missing."""
+    path = begin(out, video=video, imu=imu, keypoints=keypoints, truth=truth, camera=known, force=force)
+    say(f"wrote {path}; next: pytracker check {out}", quiet=False)
+
+
+@commands.command()
+def check(
+    folder: Folder,
+    write: Annotated[bool, typer.Option("--write", help="Put what is found into recording.toml.")] = False,
+    html: Annotated[Path | None, typer.Option(help="A page with the pictures, to be written.")] = None,
+    force: Force = False,
+) -> None:
+    """Look at a recording as a doctor would: units, axes, clock, heading, mount, camera, patch, each with its reason.
+
+    Exit status 1 where something is missing or wrong still.
+    """
+    if html is not None:
+        check_new(html, ".html", force=force)
+    found = look_at(folder, write=write)
+    for finding in found.findings:
+        print(finding)
+    if html is not None:
+        from pytracker.report.check_page import render_check  # noqa: PLC0415 - Matplotlib is slow
+
+        write_whole(html, render_check(found), force=force)
+    pending = {place for finding in found.findings for place in finding.writes}
+    if write and pending:
+        print(f"wrote {', '.join(sorted(pending))} into {folder / 'recording.toml'}")
+    elif pending:
+        print("nothing was written: --write puts these lines into recording.toml")
+    unsolved = [f for f in found.findings if f.verdict in ("missing", "wrong") and not (write and f.writes)]
+    if unsolved:
+        raise typer.Exit(1)

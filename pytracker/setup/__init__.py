@@ -1,0 +1,19 @@
+"""What makes a recording ready.
+
+| file | what |
+|---|---|
+| `begin` | `init`: a first recording.toml from the files that there are |
+| `draft` | recording.toml while it is incomplete |
+| `check` | `check`: everything looked at, line by line; `check_camera`, `check_imu`, `check_worn`: its parts |
+| `findings` | a line |
+| `conventions` | units, quaternion and earth frame, from an IMU's numbers alone |
+| `patch` | coloured things that move |
+| `lag` | two clocks, from the movement alone |
+| `worn` | clock, heading and the axis along the forearm, from all that is known |
+"""
+
+from pytracker.setup.begin import init
+from pytracker.setup.check import Checkup, check
+from pytracker.setup.findings import Finding
+
+__all__ = ["Checkup", "Finding", "check", "init"]

@@ -1,0 +1,150 @@
+"""`init(folder, video=...)`: a first recording.toml from the files that there are, which says what is missing still."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import tomlkit
+
+from pytracker._core import InputError
+from pytracker.formats.imu import read_imu
+from pytracker.formats.video import frames, probe
+from pytracker.output import write_whole
+from pytracker.toml_file import parse_toml
+
+__all__ = ["init"]
+
+PHONE_FOCAL = 0.8
+"""Focal length of a phone's main camera while it films, as a share of the picture's longer side: 0.65 to 0.95."""
+PHONE_FOCAL_SD = 0.1
+HOW = "pytracker check {folder} --write"
+
+
+def init(
+    folder: Path | str,
+    *,
+    video: Path | str,
+    imu: Path | str | None = None,
+    keypoints: Path | str | None = None,
+    truth: Path | str | None = None,
+    camera: Path | str | None = None,
+    force: bool = False,
+) -> Path:
+    """Write `folder`/recording.toml; the files stay where they are and are named from there.
+
+    An arm where there is an IMU, else a body. `camera` is a TOML file whose keys are those of `[[camera]]` or `[arm]`:
+    what is known already. Returns the file's path. Raises `InputError` for a file that cannot be read, or a
+    recording.toml that is there already, unless `force`.
+    """
+    folder = Path(folder)
+    path = folder / "recording.toml"
+    if path.exists() and not force:
+        raise InputError(f"{path}: already exists, expected none (or --force to replace it)")
+    known = {} if camera is None else parse_toml(Path(camera))
+    folder.mkdir(parents=True, exist_ok=True)
+    kind = "arm" if imu is not None else "body"
+    lines = [
+        "# Made by pytracker init. What is missing is said where it belongs; `pytracker check` looks at all of it.",
+        "schema = 1",
+        f'kind = "{kind}"',
+        "",
+        *_camera(folder, Path(video), known, kind, None if keypoints is None else Path(keypoints)),
+        *([] if imu is None else _imu(folder, Path(imu))),
+        *(_arm(known) if kind == "arm" else _body()),
+        *([] if truth is None else _truth(folder, Path(truth), kind)),
+    ]
+    write_whole(path, "\n".join(lines) + "\n")
+    return path
+
+
+def _named(folder: Path, file: Path) -> str:
+    """A file as the folder names it. Raises `InputError` where it is not there."""
+    if not file.exists():
+        raise InputError(f"{file}: there is no such file")
+    name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
+    return tomlkit.item(name).as_string()
+
+
+def _value(value: object) -> str:
+    return tomlkit.item(value).as_string()
+
+
+def _camera(folder: Path, video: Path, known: dict[str, object], kind: str, keypoints: Path | None) -> list[str]:
+    name, info = _named(folder, video), probe(video)
+    next(frames(video), None)
+    lines = [
+        "[[camera]]",
+        f"video = {name}  # {info.width} x {info.height} px, about {info.frame_count} frames at "
+        f"{info.rate_hz:.4g} a second",
+    ]
+    if keypoints is not None:
+        lines.append(f"keypoints = {_named(folder, keypoints)}")
+    if "matrix" in known:
+        lines.append(f"matrix = {_value(known['matrix'])}")
+    else:
+        focal = PHONE_FOCAL * max(info.width, info.height)
+        matrix = [[focal, 0.0, (info.width - 1) / 2], [0.0, focal, (info.height - 1) / 2], [0.0, 0.0, 1.0]]
+        lines.append(f"matrix = {_value(matrix)}  # guessed, as of a phone: pytracker calibrate camera finds it")
+        if kind == "arm":
+            lines.append(f"focal_sd = {PHONE_FOCAL_SD}")
+    for key in ("distortion", "focal_sd", "rotation_sd_deg", "distance_sd_m"):
+        lines += [f"{key} = {_value(known[key])}"] if key in known else []
+    for key, words in (
+        ("rotation", "world to camera, three rows: pytracker calibrate pose finds it from points with known places"),
+        ("translation_m", "the world's origin in the camera, m: found with it"),
+    ):
+        lines.append(f"{key} = {_value(known[key])}" if key in known else f"# {key} = [...]  # missing: {words}")
+    if kind == "arm":
+        box = "patch_box"
+        how = f"the patch in the first frame, x, y, width, height, px: {HOW.format(folder=folder.name)} finds it"
+        lines.append(f"{box} = {_value(known[box])}" if box in known else f"# {box} = [...]  # missing: {how}")
+    return [*lines, ""]
+
+
+def _imu(folder: Path, file: Path) -> list[str]:
+    name, log = _named(folder, file), read_imu(file)
+    has = [
+        words
+        for words, there in (("gyr", log.gyr), ("mag", log.mag), ("orientation", log.q_world_sensor))
+        if there is not None
+    ]
+    span = log.time_s[-1] - log.time_s[0]
+    return [
+        "[[imu]]",
+        f"file = {name}  # {len(log.time_s)} samples over {span:.1f} s: acc{''.join(f', {words}' for words in has)}",
+        f"# offset_s, heading_deg, mount, units and directions: {HOW.format(folder=folder.name)} finds them",
+        "",
+    ]
+
+
+def _arm(known: dict[str, object]) -> list[str]:
+    lines = ["[arm]", f"side = {_value(known.get('side', 'right'))}"]
+    for key, words in (
+        ("shoulder_m", "the shoulder joint in the world, x, y, z (up), m"),
+        ("upper_arm_m", "shoulder to elbow, m: a tape measure, to 1 cm"),
+        ("forearm_m", "elbow to wrist, m: a tape measure, to 1 cm"),
+    ):
+        lines.append(f"{key} = {_value(known[key])}" if key in known else f"# {key} = ...  # missing: {words}")
+    return [*lines, ""]
+
+
+def _body() -> list[str]:
+    return [
+        "[skeleton]",
+        "# height_m = 1.70  # missing: the person's height; or file, an Acclaim skeleton",
+        "",
+        "[initial]",
+        '# angles = "initial.toml"  # missing: the pose in the first frame',
+        "",
+    ]
+
+
+def _truth(folder: Path, file: Path, kind: str) -> list[str]:
+    names = '{ shoulder = "...", elbow = "...", wrist = "..." }' if kind == "arm" else "{ ... }"
+    return [
+        "[truth]",
+        f"file = {_named(folder, file)}",
+        f"# markers = {names}  # where the file's names are others",
+        "",
+    ]

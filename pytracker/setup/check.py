@@ -1,0 +1,198 @@
+"""`check(folder)`: a recording looked at as a doctor would, line by line, with what to write where something is found.
+
+Every line says what was looked at, the verdict, and why. What is not there yet stops only what needs it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError, TrackingError
+from pytracker.doubts import doubts, unbelieved
+from pytracker.evidence.sightings import Sightings
+from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.formats.imu_log import ImuLog
+from pytracker.found import Found, found_by
+from pytracker.load import load
+from pytracker.recording import Arm, ArmRecording, Imu, View
+from pytracker.registry import DEFAULTS, METHODS_OF
+from pytracker.rotation import Array, rotate, triple
+from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_video, follow
+from pytracker.setup.check_imu import check_imu
+from pytracker.setup.check_worn import check_clock, check_worn, given_axis
+from pytracker.setup.draft import Draft
+from pytracker.setup.findings import Finding
+from pytracker.setup.lag import GRID_S, banded, find_lags
+from pytracker.setup.worn import Worn
+from pytracker.track import track
+
+__all__ = ["Checkup", "check"]
+
+ARM = ("arm.shoulder_m", "arm.upper_arm_m", "arm.forearm_m")
+ODD = 1.5
+"""A constant that differs by more standard deviations is doubtful."""
+
+
+@dataclass(frozen=True, eq=False)
+class Checkup:
+    """What was found.
+
+    Attributes:
+        folder: of the recording.
+        findings: line by line.
+        laid_over: picture's and IMU's way on one clock, to be looked at: time, s `(G,)`, and both `(G,)`; None where
+            nothing could be compared.
+        patch_box: the patch in the first frame, where there is one.
+    """
+
+    folder: Path
+    findings: tuple[Finding, ...]
+    laid_over: tuple[Array, Array, Array] | None = None
+    patch_box: tuple[int, ...] | None = None
+
+    @property
+    def is_ready(self) -> bool:
+        """Whether nothing is missing or wrong."""
+        return all(finding.verdict not in ("missing", "wrong") for finding in self.findings)
+
+
+def check(folder: Path | str, *, write: bool = False) -> Checkup:
+    """Look at the recording in `folder`, complete or not; with `write` put what was found into its recording.toml.
+
+    Raises `InputError` only where there is no recording.toml that is TOML.
+    """
+    draft = Draft(Path(folder))
+    found, laid_over, box = _arm(draft) if draft.kind == "arm" else (_body(draft), None, None)
+    changes = {place: value for finding in found for place, value in finding.writes.items()}
+    if write and changes:
+        for place, value in changes.items():
+            draft.set(place, value)
+        draft.save()
+    if write or not changes:
+        found += _whole(draft.folder)
+    else:
+        words = "is tracked and looked at once what is found above is written (--write)"
+        found.append(Finding("the whole recording", "cannot be told", words))
+    return Checkup(draft.folder, tuple(found), laid_over, box)
+
+
+def _arm(draft: Draft) -> tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]:
+    video = check_video(draft)
+    imu_findings, log = check_imu(draft)
+    found = [video, *imu_findings, check_pose(draft)]
+    lacks = draft.lacks(*ARM)
+    if lacks:
+        found.append(Finding("arm", "missing", f"{', '.join(lacks)} not given: measure them with a tape"))
+    if video.verdict in ("missing", "wrong"):
+        return found, None, None
+    imu_s, acceleration = (None, None) if log is None else (log.time_s, _acceleration(log))
+    patch, box = check_patch(draft, imu_s, acceleration)
+    found.append(patch)
+    if box is None:
+        return found, None, None
+    followed, sightings = follow(draft, box)
+    found.append(followed)
+    if log is None or sightings is None or acceleration is None:
+        return found, None, box
+    offset_s = draft.get("imu.offset_s")
+    lags = find_lags(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration)
+    if lacks or check_pose(draft).verdict != "right":
+        found.append(check_clock(lags, offset_s))
+        best_s = lags[0].offset_s if lags else None
+    else:
+        worn_findings, worn = _worn(draft, log, sightings)
+        found += worn_findings
+        best_s = None if worn is None else worn.offset_s
+    if best_s is None:
+        return found, None, box
+    return found, _laid_over(sightings, log.time_s + best_s, acceleration), box
+
+
+def _acceleration(log: ImuLog) -> Array:
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    return np.asarray(rotate(log.q_world_sensor, log.acc) - np.array([0.0, 0.0, GRAVITY]))
+
+
+def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding], Worn | None]:
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    shoulder, upper_arm, forearm = (draft.get(place) for place in ARM)
+    try:
+        arm = Arm(
+            shoulder_m=triple(np.array(shoulder, dtype=float)),
+            upper_arm_m=float(upper_arm),
+            forearm_m=float(forearm),
+            wrist_start_m=(0.0, 0.0, 0.0),
+        )
+    except (TypeError, ValueError) as error:
+        return [Finding("arm", "wrong", str(error))], None
+    imu = Imu(time_s=log.time_s, acc=log.acc, q_world_sensor=log.q_world_sensor, gyr=log.gyr)
+    recording = ArmRecording(views=(View(camera=camera_of(draft)),), imus=(imu,), arm=arm)
+    has = tuple(draft.get(place) is not None for place in ("imu.offset_s", "imu.heading_deg", "imu.mount"))
+    given = Worn(
+        float(draft.get("imu.offset_s") or 0.0),
+        float(np.radians(draft.get("imu.heading_deg") or 0.0)),
+        given_axis(draft.get("imu.mount")),
+    )
+    return check_worn(recording, sightings, given, (has[0], has[1], has[2]))
+
+
+def _laid_over(sightings: Sightings, imu_s: Array, acceleration: Array) -> tuple[Array, Array, Array] | None:
+    """The way in the picture along which it goes farthest, and the IMU's movement that explains it best."""
+    (a_s, seen), (b_s, moved) = (
+        banded(sightings.time_s, sightings.pixels[:, 0]),
+        banded(imu_s, acceleration, integrations=2),
+    )
+    skip = round((a_s - b_s) / GRID_S)
+    a, b = max(0, -skip), max(0, skip)
+    count = min(len(seen) - a, len(moved) - b)
+    if count < 2:
+        return None
+    seen, moved = seen[a : a + count], moved[b : b + count]
+    along = np.linalg.svd(seen, full_matrices=False)[2][0]
+    way = seen @ along
+    by_imu = moved @ np.linalg.lstsq(moved, way, rcond=None)[0]
+    time_s: Array = np.asarray(a_s + GRID_S * (a + np.arange(count)), dtype=np.float64)
+    return time_s, np.asarray(way), np.asarray(by_imu)
+
+
+def _body(draft: Draft) -> list[Finding]:
+    found = [check_video(draft)]
+    if draft.file("skeleton.file") is None and draft.get("skeleton.height_m") is None:
+        found.append(Finding("skeleton", "missing", "neither skeleton.file nor skeleton.height_m is given"))
+    return found
+
+
+def _whole(folder: Path) -> list[Finding]:
+    """The recording, loaded and tracked by the default method."""
+    try:
+        recording = load(folder)
+    except (InputError, OSError) as error:
+        return [Finding("the whole recording", "missing" if " is missing" in str(error) else "wrong", str(error))]
+    found = [Finding("as it is loaded", "doubtful", words) for words in recording.warnings]
+    try:
+        result = track(recording, METHODS_OF[recording.kind][DEFAULTS[recording.kind]]())
+    except (InputError, TrackingError) as error:
+        return [*found, Finding("the whole recording", "wrong", str(error))]
+    found += _constants(found_by(result))
+    said = (*unbelieved(result), *doubts(result))
+    found += [Finding("the track", "doubtful", words) for words in said]
+    if not said:
+        share = float(result.valid.mean())
+        found.append(Finding("the track", "right", f"{share:.0%} of {len(result.valid)} frames are valid"))
+    return found
+
+
+def _constants(found: Sequence[Found]) -> list[Finding]:
+    """What was measured once: a line for each that the data tell, one for all others."""
+    told = [Finding(f.what, "doubtful" if f.surprise > ODD else "right", f.words) for f in found if f.is_told]
+    others = ", ".join(f"{f.what} ± {f.given_sd:.2g} {f.unit}" for f in found if not f.is_told)
+    if others:
+        words = f"what is given stands, as well as it is known: {others}"
+        told.append(Finding("lengths, shoulder, mount and camera", "cannot be told", words))
+    return told

@@ -1,0 +1,117 @@
+"""A check of a video, its camera, and the patch in it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytracker._core import InputError, check_camera
+from pytracker.evidence.camshift import track_patch
+from pytracker.evidence.sightings import Sightings
+from pytracker.formats.video import frames, probe
+from pytracker.recording import Camera
+from pytracker.rotation import Array
+from pytracker.setup.draft import Draft
+from pytracker.setup.findings import Finding
+from pytracker.setup.lag import find_lags
+from pytracker.setup.patch import Candidate, find_candidates
+
+__all__ = ["camera_of", "check_patch", "check_pose", "check_video", "follow"]
+
+POSE = ("camera.matrix", "camera.rotation", "camera.translation_m")
+FEW_SEEN = 0.8
+
+
+def check_video(draft: Draft) -> Finding:
+    """Whether it can be read, and its times."""
+    file = draft.file("camera.video")
+    if file is None:
+        return Finding("video", "missing", "there is no [[camera]] with a video")
+    try:
+        info = probe(file)
+        times = np.array([frame.time_s for frame in frames(file)])
+    except (InputError, OSError) as error:
+        return Finding("video", "wrong", str(error))
+    steps = np.diff(times)
+    usual, longest = (float(np.median(steps)), float(steps.max())) if len(steps) else (np.inf, 0.0)
+    words = (
+        f"{file.name}: {len(times)} frames of {info.width} x {info.height} px over {times[-1]:.2f} s, usually "
+        f"{1 / usual:.4g} a second, the longest wait {longest:.3f} s"
+    )
+    return Finding("video", "right" if longest < 2.5 * usual else "doubtful", words)
+
+
+def check_pose(draft: Draft) -> Finding:
+    """Whether the camera is known."""
+    lacks = draft.lacks(*POSE)
+    if lacks:
+        words = f"{', '.join(lacks)} not given: pytracker calibrate says how to find them"
+        return Finding("camera", "missing", words)
+    try:
+        check_camera(camera_of(draft))
+    except (InputError, TypeError, ValueError) as error:
+        return Finding("camera", "wrong", str(error))
+    return Finding("camera", "right", "intrinsics and pose are those of a camera; whether of this one, the track tells")
+
+
+def camera_of(draft: Draft) -> Camera:
+    """As the draft has it; everything that it needs must be there."""
+    matrix, rotation, translation = (draft.get(place) for place in POSE)
+    return Camera(
+        matrix=matrix,
+        rotation=rotation,
+        translation_m=translation,
+        distortion=tuple(draft.get("camera.distortion") or (0.0,) * 5),
+        patch_offset_m=(0.0, 0.0, 0.0),
+    )
+
+
+def check_patch(
+    draft: Draft, imu_s: Array | None, acceleration: Array | None
+) -> tuple[Finding, tuple[int, ...] | None]:
+    """The box that is given, or the coloured thing that moves most as the IMU does."""
+    file = draft.file("camera.video")
+    assert file is not None
+    box = draft.get("camera.patch_box")
+    if box is not None:
+        return Finding("patch", "right", f"patch_box is {box}; how well it is followed is said below"), tuple(box)
+    candidates = find_candidates(file)
+    if not candidates:
+        words = "nothing coloured is there in the first frame, keeps its size and moves: pytracker frame, and patch_box"
+        return Finding("patch", "missing", words), None
+
+    def worth(one: Candidate) -> float:
+        if imu_s is None or acceleration is None:
+            return 0.0
+        lags = find_lags(one.time_s, one.pixels, imu_s, acceleration)
+        return lags[0].worth if lags else 0.0
+
+    ranked = sorted(candidates, key=lambda one: -worth(one))
+    best = ranked[0]
+    x, y, w, h = best.box
+    words = (
+        f"of {len(candidates)} coloured things that move, the one of hue {best.hue_deg:.0f}°, {best.area_px:.0f} px, "
+        f"at ({x + w / 2:.0f}, {y + h / 2:.0f}) moves most as the IMU does"
+    )
+    close = len(ranked) > 1 and worth(ranked[1]) > 0.9 * worth(best)
+    if close:
+        bx, by, bw, bh = ranked[1].box
+        words += f"; one at ({bx + bw / 2:.0f}, {by + bh / 2:.0f}) nearly as much: look at it with pytracker frame"
+    return Finding("patch", "doubtful" if close else "missing", words, {"camera.patch_box": list(best.box)}), best.box
+
+
+def follow(draft: Draft, box: tuple[int, ...]) -> tuple[Finding, Sightings | None]:
+    """The patch, followed through the whole video."""
+    file = draft.file("camera.video")
+    assert file is not None
+    try:
+        x, y, w, h = box
+        track = track_patch(frames(file), (x, y, w, h))
+    except (InputError, ValueError) as error:
+        return Finding("patch, followed", "wrong", str(error)), None
+    sightings = Sightings.of(track.time_s + float(draft.get("camera.start_s") or 0.0), track.pixel)
+    seen = float(sightings.valid.mean())
+    why = sorted({reason for reason in track.reason if reason})
+    words = f"seen in {seen:.0%} of {len(track.time_s)} frames" + (
+        f"; otherwise: {', '.join(why)[:200]}" if why else ""
+    )
+    return Finding("patch, followed", "right" if seen > FEW_SEEN else "doubtful", words), sightings

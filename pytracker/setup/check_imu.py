@@ -1,0 +1,102 @@
+"""A check of an IMU's file: what its numbers stand for, its rate, whether it agrees with itself."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from pytracker._core import InputError
+from pytracker.formats.imu import orient, read_imu
+from pytracker.formats.imu_checks import check
+from pytracker.formats.imu_conventions import Conventions, in_our_terms
+from pytracker.formats.imu_log import ImuLog
+from pytracker.schema import ImuEntry
+from pytracker.setup.conventions import find_conventions
+from pytracker.setup.draft import Draft
+from pytracker.setup.findings import Finding
+
+__all__ = ["check_imu"]
+
+WORDS = {
+    "acc_unit": "unit of the acceleration",
+    "gyr_unit": "unit of the turn rate",
+    "quaternion": "order of the quaternion",
+    "quaternion_takes": "direction of the quaternion",
+    "earth": "earth frame",
+}
+
+
+def check_imu(draft: Draft) -> tuple[list[Finding], ImuLog | None]:
+    """What was found, and the log in our terms with an orientation; None where it cannot be used."""
+    file = draft.file("imu.file")
+    if file is None:
+        return [Finding("IMU", "missing", "there is no [[imu]] with a file: an arm is tracked by one")], None
+    log = _read(draft, file)
+    if isinstance(log, Finding):
+        return [log], None
+    found = find_conventions(log)
+    given = _given(draft)
+    findings = [_times(log)]
+    findings += [
+        _convention(log, name, given, found.conventions, name in found.unknown, found.evidence.get(name, ""))
+        for name in WORDS
+    ]
+    best = dataclasses.replace(found.conventions, **{name: getattr(given, name) for name in found.unknown})
+    try:
+        checked = orient(check(in_our_terms(log, best)))
+    except InputError as error:
+        return [*findings, Finding("IMU and itself", "wrong", str(error))], None
+    said = "; ".join(checked.warnings)
+    return [
+        *findings,
+        Finding("IMU and itself", "doubtful", said)
+        if checked.warnings
+        else Finding("IMU and itself", "right", "gravity, turns and times agree with each other, and nothing hangs"),
+    ], checked
+
+
+def _read(draft: Draft, file: Path) -> ImuLog | Finding:
+    form = draft.get("imu.format") or "auto"
+    try:
+        return read_imu(
+            file, orientation_file=draft.file("imu.orientation_file"), form=form, rate_hz=draft.get("imu.rate_hz")
+        )
+    except (InputError, OSError) as error:
+        return Finding("IMU", "wrong", str(error))
+
+
+def _given(draft: Draft) -> Conventions:
+    """As the file says; the usual where it says nothing that could be."""
+    said = {name: value for name in WORDS if (value := draft.get(f"imu.{name}")) is not None}
+    try:
+        return ImuEntry.model_validate({"file": "-", **said}).conventions
+    except ValidationError:
+        return Conventions()
+
+
+def _times(log: ImuLog) -> Finding:
+    interval = np.diff(log.time_s)
+    rate, longest = 1.0 / float(np.median(interval)), float(interval.max())
+    lost = int(np.rint(interval * rate - 1.0).clip(0).sum())
+    words = (
+        f"{log.path.name}: {len(log.time_s)} samples from {log.time_s[0]:.2f} to {log.time_s[-1]:.2f} s at "
+        f"{rate:.4g} Hz, {lost} missing, the longest gap {longest:.3f} s"
+    )
+    return Finding("rate and gaps", "right" if lost <= 0.01 * len(log.time_s) and longest < 0.2 else "doubtful", words)
+
+
+def _convention(
+    log: ImuLog, name: str, given: Conventions, found: Conventions, is_unknown: bool, evidence: str
+) -> Finding:
+    what, now, best = WORDS[name], getattr(given, name), getattr(found, name)
+    there = {"acc_unit": log.acc, "gyr_unit": log.gyr}.get(name, log.q_world_sensor) is not None
+    if not there:
+        return Finding(what, "cannot be told", "the file has none")
+    if is_unknown:
+        return Finding(what, "cannot be told", f"taken as {now!r}: {evidence}")
+    if now == best:
+        return Finding(what, "right", f"{best!r}: {evidence}")
+    return Finding(what, "wrong", f"{best!r}, not {now!r}: {evidence}", {f"imu.{name}": best})

@@ -1,0 +1,155 @@
+"""A check of clock, heading and mount of a forearm's IMU against what the camera saw."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pytracker.evidence.sightings import Sightings
+from pytracker.recording import ArmRecording
+from pytracker.rotation import Array, conjugate, rotate
+from pytracker.setup.findings import Finding
+from pytracker.setup.lag import Lag
+from pytracker.setup.worn import CLEAR, Worn, find_worn, is_same, lags_of, mount_of, weighed
+
+__all__ = ["check_clock", "check_worn", "given_axis"]
+
+STEPS = (0.02, np.radians(3.0))
+"""Of clock and heading, from whose cost their standard deviations are taken."""
+LEAST_SD = (0.005, np.radians(1.0))
+LEAST_OFFSET_SD_S = 0.05
+"""Clock and heading lean on each other: what is written leaves the smoother room."""
+FROM_HEADING_DEG = 7.0
+FROM_Y_DEG = 25.0
+"""A heading, and a forearm's axis, that are nearer to what is given are as they are given."""
+
+
+def check_clock(lags: tuple[Lag, ...], offset_s: float | None) -> Finding:
+    """From the movement alone, where camera or arm are not known yet."""
+    if not lags:
+        return Finding("clock", "cannot be told", "patch and IMU never move alike for long enough, or never overlap")
+    best = lags[0]
+    words = (
+        f"the patch moves as the IMU does with an offset of {best.offset_s:+.2f} s: {best.explained:.0%} of its way in "
+        f"the picture is explained, over {best.overlap_s:.0f} s"
+    )
+    others = [lag for lag in lags[1:] if abs(lag.offset_s - best.offset_s) > 0.3]
+    if others and others[0].worth > 0.8 * best.worth:
+        words += f"; but {others[0].offset_s:+.2f} s explains as much: the movement repeats itself"
+        return Finding("clock", "cannot be told", words)
+    if offset_s is not None and abs(best.offset_s - offset_s) < 0.1:
+        return Finding("clock", "right", words)
+    writes = {"imu.offset_s": round(best.offset_s, 3), "imu.offset_sd_s": 0.05}
+    return Finding("clock", "missing" if offset_s is None else "wrong", words, writes)
+
+
+def check_worn(
+    recording: ArmRecording,
+    sightings: Sightings,
+    given: Worn,
+    has: tuple[bool, bool, bool],
+) -> tuple[list[Finding], Worn | None]:
+    """Clock, heading, mount; `has`: which of them are given at all. The IMU of `recording` is as the file has it."""
+    lags = lags_of(recording, sightings)
+    if not lags:
+        return [check_clock(lags, None)], None
+    same_axis = find_worn(recording, sightings, lags, [given.axis])
+    found = find_worn(recording, sightings, lags)
+    stays = weighed(recording, sightings, given)
+    if not found and not same_axis:
+        words = "no clock, heading and mount explain what the camera saw: check camera, arm and patch first"
+        return [Finding("clock, heading and mount", "cannot be told", words)], None
+    best = max((*found, *same_axis), key=lambda one: one.log_evidence)
+    aligned = max(same_axis, key=lambda one: one.log_evidence, default=best)
+    # What is given stands unless something else is clearly better, the mount before clock and heading.
+    if all(has[:2]) and stays.log_evidence > best.log_evidence - CLEAR:
+        chosen, rivals = stays, tuple[Worn, ...]()
+    elif aligned.log_evidence > best.log_evidence - CLEAR:
+        chosen, rivals = aligned, same_axis
+    else:
+        chosen, rivals = best, found
+    rival = next(
+        (one for one in rivals if not is_same(one, chosen) and one.log_evidence > chosen.log_evidence - CLEAR), None
+    )
+    return _words(recording, sightings, given, has, chosen, rival, best), chosen
+
+
+def _words(
+    recording: ArmRecording,
+    sightings: Sightings,
+    given: Worn,
+    has: tuple[bool, bool, bool],
+    chosen: Worn,
+    rival: Worn | None,
+    best: Worn,
+) -> list[Finding]:
+    degrees = _degrees(chosen)
+    whole = f"log evidence {chosen.log_evidence:.0f}, the best of all {best.log_evidence:.0f}"
+    if rival is not None:
+        words = (
+            f"offset {chosen.offset_s:+.2f} s with heading {degrees:+.0f}° and {rival.offset_s:+.2f} s with "
+            f"{_degrees(rival):+.0f}° explain the recording as well ({whole}, the other's {rival.log_evidence:.0f}): "
+            "move in ways that do not repeat"
+        )
+        return [Finding("clock and heading", "cannot be told", words)]
+    sds = _sds(recording, sightings, chosen)
+    off = float(np.degrees(np.arccos(np.clip(chosen.axis @ given.axis, -1.0, 1.0))))
+    is_right = (
+        has[0] and abs(chosen.offset_s - given.offset_s) < max(3 * sds[0], 0.04),
+        has[1] and abs(_turned(chosen, given)) < FROM_HEADING_DEG,
+        off < FROM_Y_DEG,
+    )
+    said = (
+        f"offset {chosen.offset_s:+.3f} ± {sds[0]:.3f} s ({whole})",
+        f"{degrees:+.1f} ± {np.degrees(sds[1]):.1f}° to the world",
+        f"from wrist to elbow points the sensor's {_axis(chosen.axis)}, {off:.0f}° from the one that is given",
+    )
+    writes: tuple[dict[str, object], ...] = (
+        {
+            "imu.offset_s": round(chosen.offset_s, 3),
+            "imu.offset_sd_s": round(max(3.0 * sds[0], LEAST_OFFSET_SD_S), 3),
+        },
+        {"imu.heading_deg": round(degrees, 1)},
+        {"imu.mount": [round(float(x), 5) for x in mount_of(chosen.axis)]},
+    )
+    return [
+        Finding(what, "right", sentence)
+        if right
+        else Finding(what, "wrong" if was_given else "missing", sentence, written)
+        for what, right, was_given, sentence, written in zip(
+            ("clock", "heading", "mount"), is_right, has, said, writes, strict=True
+        )
+    ]
+
+
+def _degrees(worn: Worn) -> float:
+    return float(np.degrees((worn.heading_rad + np.pi) % (2 * np.pi) - np.pi))
+
+
+def _turned(one: Worn, other: Worn) -> float:
+    return float((np.degrees(one.heading_rad - other.heading_rad) + 180.0) % 360.0 - 180.0)
+
+
+def _axis(axis: Array) -> str:
+    k = int(np.argmax(np.abs(axis)))
+    return f"{'+' if axis[k] > 0 else '-'}{'xyz'[k]}"
+
+
+def _sds(recording: ArmRecording, sightings: Sightings, at: Worn) -> tuple[float, float]:
+    """Standard deviations of clock and heading, by how the log evidence falls beside them."""
+    sds = []
+    for name, step, least in zip(("offset_s", "heading_rad"), STEPS, LEAST_SD, strict=True):
+        beside = [
+            weighed(recording, sightings, replace(at, **{name: getattr(at, name) + sign * step})).log_evidence
+            for sign in (1.0, -1.0)
+        ]
+        fall = at.log_evidence - float(np.mean(beside))
+        sds.append(max(least, step / np.sqrt(2.0 * fall) if fall > 0.05 else 5.0 * step))
+    return sds[0], sds[1]
+
+
+def given_axis(mount: list[float] | None) -> Array:
+    """Of the sensor: from wrist to elbow, by the mount that is given."""
+    q = np.array([1.0, 0.0, 0.0, 0.0] if mount is None else mount, dtype=float)
+    return rotate(conjugate(q / np.linalg.norm(q)), np.array([0.0, 1.0, 0.0]))

@@ -1,0 +1,79 @@
+"""`recording.toml` while it is being made: read however little is in it, changed without losing what was written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import AoT, Table
+
+from pytracker._core import InputError
+from pytracker.output import write_whole
+
+__all__ = ["Draft"]
+
+LISTS = ("camera", "imu")
+"""Tables that may stand more than once; a draft is of the first."""
+
+
+class Draft:
+    """The file of `folder`, or an empty one. Raises `InputError` where it is no TOML."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.path = folder / "recording.toml"
+        if not self.path.is_file():
+            raise InputError(f"{folder}: holds no recording.toml, expected one: pytracker init writes it")
+        try:
+            self._document = tomlkit.parse(self.path.read_text("utf-8-sig"))
+        except (TOMLKitError, ValueError, RecursionError) as error:
+            raise InputError(f"{self.path}: is not TOML: {error or type(error).__name__}") from None
+
+    @property
+    def kind(self) -> str:
+        """`arm` or `body`; an arm where it does not say."""
+        return str(self._document.get("kind", "arm"))
+
+    def get(self, place: str) -> Any:
+        """What stands at `camera.matrix` or the like; None where nothing does."""
+        name, key = place.split(".")
+        table = self._table(name)
+        value: Any = None if table is None else table.get(key)
+        return value.unwrap() if hasattr(value, "unwrap") else value
+
+    def lacks(self, *places: str) -> list[str]:
+        """Those of the places where nothing stands."""
+        return [place for place in places if self.get(place) is None]
+
+    def file(self, place: str) -> Path | None:
+        """The file that is named there."""
+        name = self.get(place)
+        return None if not isinstance(name, str) else self.folder / name
+
+    def set(self, place: str, value: object) -> None:
+        """Put a value where one stood, or at the end of its table."""
+        name, key = place.split(".")
+        table = self._table(name)
+        if table is None:
+            table = tomlkit.table()
+            if name in LISTS:
+                tables = tomlkit.aot()
+                tables.append(table)
+                self._document[name] = tables
+                table = self._table(name)
+            else:
+                self._document[name] = table
+        assert table is not None
+        table[key] = value
+
+    def save(self) -> None:
+        """Write it, whole."""
+        write_whole(self.path, tomlkit.dumps(self._document))
+
+    def _table(self, name: str) -> Table | None:
+        found = self._document.get(name)
+        if isinstance(found, AoT):
+            return found[0] if len(found) else None
+        return found if isinstance(found, Table) else None

@@ -1,0 +1,36 @@
+"""What a check says: one line for everything that was looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+__all__ = ["Finding", "Verdict"]
+
+Verdict = Literal["right", "doubtful", "wrong", "cannot be told", "missing"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line.
+
+    Attributes:
+        what: was looked at.
+        verdict: on it.
+        evidence: a sentence with numbers.
+        writes: what should stand in recording.toml, by place such as `imu.offset_s`; empty where nothing changes.
+    """
+
+    what: str
+    verdict: Verdict
+    evidence: str
+    writes: Mapping[str, object] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        written = "".join(f"\n    {place} = {_short(value)}" for place, value in self.writes.items())
+        return f"{self.verdict:>14}  {self.what}: {self.evidence}{written}"
+
+
+def _short(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else repr(value) if isinstance(value, str) else str(value)
