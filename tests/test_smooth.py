@@ -152,31 +152,29 @@ def test_frames_before_the_first_sample_and_after_the_last_are_survived() -> Non
     assert not track.valid[sightings.time_s > 5.6].any()
 
 
-def test_a_shoulder_that_is_elsewhere_is_found_and_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def beside(recording: pt.ArmRecording, sightings: Sightings, by_m: float) -> pt.Track:
+    """Tracked with the shoulder said to be so far to the side."""
+    x, y, z = recording.arm.shoulder_m
+    moved = dataclasses.replace(recording.arm, shoulder_m=(x + by_m, y, z))
+    return pt.track(dataclasses.replace(recording, arm=moved), pt.Smooth(), sightings=sightings)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_shoulder_that_is_elsewhere_is_found_and_told(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """By 10 cm to the side, on lively gestures, the wrist is as right as with the true shoulder; 15 cm are told."""
     monkeypatch.setattr(importlib.import_module("pytracker.doubts"), "_of_arm", lambda *_: ())
-    for seed in (1, 2):
-        recording, sightings = played(LIVELY, seed)
-        x, y, z = recording.arm.shoulder_m
-
-        def beside(by_m: float, recording: pt.ArmRecording = recording, at: tuple[float, ...] = (x, y, z)) -> pt.ArmTrack:
-            moved = dataclasses.replace(recording.arm, shoulder_m=(at[0] + by_m, at[1], at[2]))
-            track = pt.track(dataclasses.replace(recording, arm=moved), pt.Smooth(), sightings=sightings)
-            assert isinstance(track, pt.ArmTrack)
-            return track
-
-        right, near, far = beside(0.0), beside(0.1), beside(0.15)
-        assert pt.doubts(right) == ()
-        wrist = pt.evaluate(near, recording.truth).joints["wrist"]
-        assert wrist.rms_m < 0.05
-        assert min(wrist.coverage) > 0.8
-        (words,) = pt.doubts(far)
-        assert "another shoulder along x" in words
-        assert "check shoulder_m" in words
+    recording, sightings = played(LIVELY, seed)
+    assert pt.doubts(beside(recording, sightings, 0.0)) == ()
+    wrist = pt.evaluate(beside(recording, sightings, 0.1), recording.truth).joints["wrist"]
+    assert wrist.rms_m < 0.05
+    assert min(wrist.coverage) > 0.8
+    (words,) = pt.doubts(beside(recording, sightings, 0.15))
+    assert "another shoulder along x" in words
+    assert "check shoulder_m" in words
 
 
 def test_what_was_measured_once_is_found_with_its_spread() -> None:
-    """Lengths and camera, each off by one to two standard deviations: found nearer than they were given, within two sds."""
+    """Lengths and camera, off by one to two standard deviations: nearer than they were given, within two sds."""
     recording, sightings = played(dataclasses.replace(LIVELY, worn=False), 6)
     arm, view = recording.arm, recording.views[0]
     (fx, skew, cx), row, last = view.camera.matrix
@@ -199,6 +197,7 @@ def test_what_the_recording_says_of_spreads_stands_for_the_methods_own() -> None
     recording, sightings = played(pt.ArmScene(duration_s=3.0), 2)
     said = dataclasses.replace(recording, spreads={"upper_arm_sd_m": 0.002, "clock_sd_s": 0.01})
     track = pt.track(said, pt.Smooth(), sightings=sightings)
+    assert isinstance(track.method, pt.Smooth)
     assert (track.method.upper_arm_sd_m, track.method.clock_sd_s) == (0.002, 0.01)
     assert {one.what: one.given_sd for one in found_by(track)}["upper arm"] == pytest.approx(0.2)
     assert pt.track(said, pt.Layered(particles=50), sightings=sightings).method == pt.Layered(particles=50)

@@ -7,6 +7,7 @@
 | `parameters` | what `--help` says of them |
 | `tracking` | `demo`, `track`, `report`, `evaluate`, `inspect` |
 | `setting_up` | `init`, `check` |
+| `calibrating` | `board`, `calibrate camera`, `calibrate pose` |
 | `studies` | `study`, `reproduce` |
 | `recordings` | `simulate`, `frame` |
 | `terminal` | progress bars and tables |

@@ -9,10 +9,10 @@ import typer
 
 import pytracker as pt
 from pytracker.cli import parameters
-from pytracker.cli.options import Folder, Force, Quiet, Seed, Settings, check_new, say
+from pytracker.cli.options import Force, Quiet, Seed, Settings, check_new, say
 from pytracker.cli.settings import chosen_scene
 from pytracker.cli.terminal import frames_bar
-from pytracker.evidence.grid import write_frame
+from pytracker.setup.frame import write_frame
 
 __all__ = ["commands"]
 
@@ -53,7 +53,7 @@ def simulate_body(
 
 @commands.command()
 def frame(
-    folder: Folder,
+    folder: Annotated[Path, typer.Argument(help="A recording's folder, complete or not, or a video.")],
     out: Annotated[Path, typer.Option(help="PNG to write.")] = Path("frame.png"),
     camera: Annotated[int, typer.Option(min=0, help="Which camera.")] = 0,
     number: Annotated[int, typer.Option("--frame", min=0, help="Which frame.")] = 0,

@@ -1,45 +1,17 @@
-"""One frame with a pixel grid, to choose a patch box without a window."""
+"""A pixel grid over a picture."""
 
 from __future__ import annotations
-
-from pathlib import Path
 
 import cv2
 import numpy as np
 
-from pytracker._core import InputError
-from pytracker.formats.video import Image, frames
-from pytracker.output import whole_file
-from pytracker.schema import ArmFile, read_recording_file
+from pytracker.formats.video import Image
 
-__all__ = ["draw_grid", "write_frame"]
+__all__ = ["draw_grid"]
 
 EVERY_PX = 50
 LINE = (255, 255, 255)
 BOX = (60, 60, 230)
-
-
-def write_frame(folder: Path | str, out: Path, camera: int = 0, number: int = 0, *, force: bool = False) -> None:
-    """Write frame `number` of camera `camera` of the recording in `folder` as PNG, with grid and patch box.
-
-    Works while patch_box is still wrong. Raises `InputError`.
-    """
-    entry = read_recording_file(Path(folder) / "recording.toml")
-    if camera >= len(entry.camera):
-        raise InputError(f"camera is {camera}, expected 0 to {len(entry.camera) - 1}")
-    file = Path(folder) / entry.camera[camera].video
-    last = -1
-    for frame in frames(file):
-        last = frame.index
-        if last == number:
-            box = entry.camera[camera].patch_box if isinstance(entry, ArmFile) else None
-            image = draw_grid(frame.image, box)
-            ok, png = cv2.imencode(".png", image)
-            assert ok
-            with whole_file(out, force=force) as partial:
-                partial.write_bytes(png.tobytes())
-            return
-    raise InputError(f"{file}: has frames 0 to {last}, expected one numbered {number}")
 
 
 def draw_grid(image: Image, box: tuple[int, int, int, int] | None) -> Image:

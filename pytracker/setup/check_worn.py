@@ -63,7 +63,7 @@ def check_worn(
     best = max((*found, *same_axis), key=lambda one: one.log_evidence)
     aligned = max(same_axis, key=lambda one: one.log_evidence, default=best)
     # What is given stands unless something else is clearly better, the mount before clock and heading.
-    if all(has[:2]) and stays.log_evidence > best.log_evidence - CLEAR:
+    if stays.log_evidence > best.log_evidence - CLEAR:
         chosen, rivals = stays, tuple[Worn, ...]()
     elif aligned.log_evidence > best.log_evidence - CLEAR:
         chosen, rivals = aligned, same_axis
@@ -96,8 +96,8 @@ def _words(
     sds = _sds(recording, sightings, chosen)
     off = float(np.degrees(np.arccos(np.clip(chosen.axis @ given.axis, -1.0, 1.0))))
     is_right = (
-        has[0] and abs(chosen.offset_s - given.offset_s) < max(3 * sds[0], 0.04),
-        has[1] and abs(_turned(chosen, given)) < FROM_HEADING_DEG,
+        abs(chosen.offset_s - given.offset_s) < max(3 * sds[0], 0.04),
+        abs(_turned(chosen, given)) < FROM_HEADING_DEG,
         off < FROM_Y_DEG,
     )
     said = (

@@ -27,8 +27,8 @@ TURN_S = 0.1
 LEAST_TURN_RAD = 3.0
 """A recording that turns by less in all, beside its noise, says little of its quaternion."""
 ALIKE, APART = 0.85, (0.02, 3.0)
-"""Cosine between the turns of gyroscope and orientation: of the right convention at least; the next best must lack more of
-one, by so much and so many times what the best lacks."""
+"""Cosine between the turns of gyroscope and orientation: of the right convention at least; the next best must lack
+more of one, by so much and so many times what the best lacks."""
 STEADY, UNSTEADY = 2.5, 1.6
 """Without a gyroscope: gravity in the world varies by less, m/s², and by so many times more with the next best."""
 IN_G, IN_SI = (0.7, 1.6), (6.5, 20.0)

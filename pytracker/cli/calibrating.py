@@ -1,0 +1,118 @@
+"""Commands about cameras: `board`, `calibrate camera`, `calibrate pose`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+import pytracker as pt
+from pytracker.cli.options import Force, Quiet, check_new, say
+from pytracker.cli.terminal import frames_bar
+from pytracker.formats.points import read_points
+from pytracker.output import write_whole
+from pytracker.setup.boards import Board, BoardKind, write_board
+from pytracker.setup.calibrate import Intrinsics, calibrate_camera, find_pose
+from pytracker.toml_file import parse_toml
+
+__all__ = ["commands"]
+
+calibrate = typer.Typer(help="Find a camera's intrinsics, and where it stands.", no_args_is_help=True)
+commands = typer.Typer()
+commands.add_typer(calibrate, name="calibrate")
+
+Kind = Annotated[BoardKind, typer.Option("--board", help="charuco (may be seen in part) or chess (only whole).")]
+Squares = Annotated[str, typer.Option(help="Columns x rows of squares.", metavar="7x5")]
+SquareMm = Annotated[float, typer.Option("--square-mm", help="Side of a square as measured, mm.")]
+FEW_PX = 3.0
+
+
+def _board(kind: BoardKind, squares: str, square_mm: float) -> Board:
+    parts = squares.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() and len(part) < 4 for part in parts):
+        raise pt.InputError(f"--squares is {squares!r}, expected columns and rows such as 7x5")
+    return Board(kind, (int(parts[0]), int(parts[1])), square_mm / 1000)
+
+
+@commands.command()
+def board(
+    out: Annotated[Path, typer.Argument(help="PDF to write.")] = Path("board.pdf"),
+    kind: Kind = "charuco",
+    squares: Squares = "7x5",
+    square_mm: SquareMm = 35.0,
+    force: Force = False,
+) -> None:
+    """Write a calibration board as a PDF in true size."""
+    check_new(out, ".pdf", force=force)
+    write_board(_board(kind, squares, square_mm), out, force=force)
+    print(f"wrote {out}: print in true size on stiff paper, and measure a square")
+
+
+@calibrate.command("camera")
+def camera(
+    video: Annotated[Path, typer.Argument(help="A video in which the board is moved about.")],
+    kind: Kind = "charuco",
+    squares: Squares = "7x5",
+    square_mm: SquareMm = 35.0,
+    out: Annotated[Path, typer.Option(help="TOML to write, for `pytracker init --known`.")] = Path("camera.toml"),
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Intrinsics from a video of a board: matrix, distortion, and how well they are known."""
+    check_new(out, ".toml", force=force)
+    with frames_bar(quiet) as progress:
+        found = calibrate_camera(video, _board(kind, squares, square_mm), progress)
+    write_whole(out, "\n".join(_lines(found)) + "\n", force=force)
+    focal, centre = found.matrix[0, 0], found.matrix[:2, 2]
+    say(
+        f"focal length {focal:.1f} px ± {100 * found.focal_sd:.2f} %, centre ({centre[0]:.1f}, {centre[1]:.1f}) ± "
+        f"{found.centre_sd_px:.1f} px; corners fit to {np.median(found.rms_px):.2f} px in {len(found.frames)} views, "
+        f"the worst, frame {found.frames[int(np.argmax(found.rms_px))]}, to {found.rms_px.max():.2f} px",
+        quiet,
+    )
+    print(f"wrote {out}")
+
+
+def _lines(found: Intrinsics) -> list[str]:
+    return [
+        f"# {found.size[0]} x {found.size[1]} px; {len(found.frames)} views, corners fit to "
+        f"{np.median(found.rms_px):.2f} px",
+        f"matrix = {np.round(found.matrix, 3).tolist()}",
+        f"distortion = {np.round(found.distortion, 6).tolist()}",
+        f"focal_sd = {found.focal_sd:.5f}",
+    ]
+
+
+@calibrate.command("pose")
+def pose(
+    points: Annotated[Path, typer.Argument(help="CSV with columns x_m, y_m, z_m, u, v: places in the world, pixels.")],
+    known: Annotated[
+        Path, typer.Argument(help="TOML with matrix and distortion; rotation and translation_m are added.")
+    ],
+    quiet: Quiet = False,
+) -> None:
+    """Where the camera stands, from four or more points of the world that it sees; into the TOML file."""
+    data = parse_toml(known)
+    if "matrix" not in data:
+        raise pt.InputError(f"{known}: has no matrix, expected one: pytracker calibrate camera")
+    matrix, distortion = np.array(data["matrix"], dtype=float), np.array(data.get("distortion", [0.0] * 5), dtype=float)
+    world, pixels = read_points(points)
+    found = find_pose(matrix, distortion, world, pixels)
+    kept = [line for line in known.read_text("utf-8").splitlines() if line.split("=")[0].strip() not in POSE_KEYS]
+    kept += [
+        f"rotation = {np.round(found.rotation, 9).tolist()}",
+        f"translation_m = {np.round(found.translation_m, 6).tolist()}",
+    ]
+    write_whole(known, "\n".join(kept) + "\n")
+    at = -found.rotation.T @ found.translation_m
+    say(f"the camera is at ({at[0]:.3f}, {at[1]:.3f}, {at[2]:.3f}) m; points fit to {found.rms_px:.2f} px", quiet)
+    if found.rms_px > FEW_PX:
+        raise pt.InputError(
+            f"{points}: the points fit to {found.rms_px:.1f} px only, expected {FEW_PX:g}: is one of them mistaken?"
+        )
+    print(f"wrote rotation and translation_m into {known}")
+
+
+POSE_KEYS = ("rotation", "translation_m")

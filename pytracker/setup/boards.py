@@ -1,0 +1,104 @@
+"""Calibration boards: drawn in true size, and found in a picture.
+
+A ChArUco board may be seen in part, a chess board only whole.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import cv2
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from pytracker._core import InputError
+from pytracker.formats.video import Image
+from pytracker.output import whole_file
+from pytracker.rotation import Array
+
+__all__ = ["Board", "BoardKind", "find_corners", "write_board"]
+
+BoardKind = Literal["charuco", "chess"]
+MARKER_SHARE = 0.75
+DICTIONARY = cv2.aruco.DICT_5X5_250
+LEAST_CORNERS = 6
+MARGIN_MM = 10.0
+PX_PER_SQUARE = 120
+MM_PER_INCH = 25.4
+MOST_SQUARES = 20
+
+
+@dataclass(frozen=True)
+class Board:
+    """A flat board of squares.
+
+    Attributes:
+        kind: `charuco` or `chess`.
+        squares: columns, rows.
+        square_m: side of a square, m.
+    """
+
+    kind: BoardKind
+    squares: tuple[int, int]
+    square_m: float
+
+    def __post_init__(self) -> None:
+        if not all(3 <= count <= MOST_SQUARES for count in self.squares) or not 0.002 <= self.square_m <= 0.5:
+            raise InputError(
+                f"the board has {self.squares[0]} x {self.squares[1]} squares of {1000 * self.square_m:g} mm, expected "
+                f"3 to {MOST_SQUARES} each way, of 2 to 500 mm"
+            )
+
+    @property
+    def charuco(self) -> cv2.aruco.CharucoBoard:
+        """As OpenCV knows it."""
+        dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARY)
+        return cv2.aruco.CharucoBoard(self.squares, self.square_m, MARKER_SHARE * self.square_m, dictionary)
+
+    def drawn(self) -> Image:
+        """In grey, `PX_PER_SQUARE` a square."""
+        columns, rows = self.squares
+        if self.kind == "charuco":
+            return np.asarray(self.charuco.generateImage((columns * PX_PER_SQUARE, rows * PX_PER_SQUARE)), np.uint8)
+        dark = (np.add.outer(np.arange(rows), np.arange(columns)) % 2 == 0).astype(np.uint8)
+        return np.asarray(np.kron(255 * (1 - dark), np.ones((PX_PER_SQUARE, PX_PER_SQUARE))), np.uint8)
+
+
+def find_corners(board: Board, image: Image) -> tuple[Array, Array] | None:
+    """Inner corners on the board `(N, 3)`, m, and in the picture `(N, 2)`, px; None where too few are seen."""
+    grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+    if board.kind == "charuco":
+        corners, ids, *_ = cv2.aruco.CharucoDetector(board.charuco).detectBoard(grey)
+        if ids is None or len(ids) < LEAST_CORNERS:
+            return None
+        on_board = np.asarray(board.charuco.getChessboardCorners(), dtype=np.float64)[np.asarray(ids).ravel()]
+        return on_board, np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+    inner = (board.squares[0] - 1, board.squares[1] - 1)
+    found, corners = cv2.findChessboardCornersSB(grey, inner)
+    if not found:
+        return None
+    rows, columns = np.mgrid[1 : inner[1] + 1, 1 : inner[0] + 1]
+    on_board = board.square_m * np.stack([columns, rows, np.zeros_like(rows)], axis=-1).reshape(-1, 3)
+    return on_board.astype(np.float64), np.asarray(corners, dtype=np.float64).reshape(-1, 2)
+
+
+def write_board(board: Board, out: Path, *, force: bool = False) -> None:
+    """A PDF page of the board in true size, with its size on it. Print without scaling, and measure a square."""
+    columns, rows = board.squares
+    square_mm = 1000 * board.square_m
+    width, height = columns * square_mm, rows * square_mm
+    page = (width + 2 * MARGIN_MM, height + 3 * MARGIN_MM)
+    with mpl.rc_context({"savefig.facecolor": "white", "pdf.compression": 6}):
+        figure = Figure(figsize=(page[0] / MM_PER_INCH, page[1] / MM_PER_INCH))
+        axes = figure.add_axes((
+            MARGIN_MM / page[0], 2 * MARGIN_MM / page[1], width / page[0], height / page[1],
+        ))  # fmt: skip
+        axes.imshow(board.drawn(), cmap="gray", vmin=0, vmax=255, interpolation="nearest", aspect="auto")
+        axes.axis("off")
+        words = f"{board.kind}, {columns} x {rows} squares of {square_mm:g} mm: print in true size, measure a square"
+        figure.text(MARGIN_MM / page[0], 0.8 * MARGIN_MM / page[1], words, fontsize=8)
+        with whole_file(out, force=force) as partial:
+            figure.savefig(partial, format="pdf", metadata={"CreationDate": None})

@@ -1,0 +1,119 @@
+"""Cameras from boards rendered with distortion, blur and noise: focal length, its spread, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import pytracker as pt
+from pytracker.cli.entry import app
+from pytracker.formats.video import VideoWriter
+from pytracker.rotation import Array
+from pytracker.setup.boards import Board, BoardKind, find_corners, write_board
+from pytracker.setup.calibrate import calibrate_camera, find_pose
+
+SIZE = (640, 480)
+MATRIX = np.array([[610.0, 0.0, 325.0], [0.0, 612.0, 236.0], [0.0, 0.0, 1.0]])
+DISTORTION = np.array([-0.12, 0.06, 0.001, -0.0008, 0.0])
+
+
+def seen(board: Board, turn: Array, shift: Array, rng: np.random.Generator) -> Array:
+    """The board as a camera sees it: every pixel's ray, undistorted, met with the board's plane; blurred and noisy."""
+    picture, scale = board.drawn(), 120 / board.square_m
+    v, u = np.mgrid[0 : SIZE[1], 0 : SIZE[0]].astype(np.float64)
+    rays = cv2.undistortPoints(np.stack([u.ravel(), v.ravel()], 1)[:, None], MATRIX, DISTORTION).reshape(-1, 2)
+    rotation = cv2.Rodrigues(turn)[0]
+    plane = np.column_stack([rotation[:, 0], rotation[:, 1], shift])
+    on_board = np.linalg.solve(plane, np.column_stack([rays, np.ones(len(rays))]).T)
+    x, y = (on_board[:2] / on_board[2] * scale - 0.5).astype(np.float32).reshape(2, *u.shape)
+    grey = cv2.remap(picture, x, y, cv2.INTER_AREA, borderMode=cv2.BORDER_CONSTANT, borderValue=200)
+    grey = cv2.GaussianBlur(grey, (0, 0), 0.8).astype(np.float64) + rng.normal(0, 3, grey.shape)
+    return np.repeat(np.clip(grey, 0, 255).astype(np.uint8)[:, :, None], 3, axis=2)
+
+
+def filmed(path: Path, board: Board, seed: int, *, tilt: float = 0.7, views: int = 36) -> Path:
+    """A video of the board, moved about the picture and tilted to all sides."""
+    rng = np.random.default_rng(seed)
+    middle = 0.5 * board.square_m * np.array([*board.squares, 0.0])
+    with VideoWriter(path, "mp4v", 10.0, SIZE) as writer:
+        for _ in range(views):
+            turn = np.array([*rng.uniform(-tilt, tilt, 2), rng.uniform(-0.4, 0.4)])
+            far = rng.uniform(0.35, 0.7)
+            where = np.array([*(rng.uniform(-0.28, 0.28, 2) * [far, 0.75 * far]), far])
+            writer.write(seen(board, turn, where - cv2.Rodrigues(turn)[0] @ middle, rng))
+    return path
+
+
+@pytest.mark.parametrize(("kind", "squares"), [("charuco", (7, 5)), ("chess", (8, 6))])
+def test_focal_length_within_half_a_percent_and_within_its_spread(
+    tmp_path: Path, kind: BoardKind, squares: tuple[int, int]
+) -> None:
+    board = Board(kind, squares, 0.03)
+    off = []
+    for seed in (1, 2):
+        found = calibrate_camera(filmed(tmp_path / f"{seed}.mp4", board, seed), board)
+        share = found.matrix[0, 0] / MATRIX[0, 0] - 1
+        assert abs(share) < 0.005
+        off.append(share / found.focal_sd)
+        assert np.median(found.rms_px) < 0.5
+        assert 0.0001 < found.focal_sd < 0.005
+    assert max(np.abs(off)) < 3
+
+
+def test_too_little_is_refused_with_what_to_film(tmp_path: Path) -> None:
+    board = Board("charuco", (7, 5), 0.03)
+    with pytest.raises(pt.InputError, match="tilt it to all sides"):
+        calibrate_camera(filmed(tmp_path / "flat.mp4", board, 1, tilt=0.02), board)
+    with pytest.raises(pt.InputError, match="expected 8 at least: film it"):
+        calibrate_camera(filmed(tmp_path / "short.mp4", board, 1, views=4), board)
+    with pytest.raises(pt.InputError, match="different views"):
+        calibrate_camera(tmp_path / "flat.mp4", Board("chess", (9, 8), 0.03))
+
+
+def test_the_board_is_written_in_true_size_and_found_again(tmp_path: Path) -> None:
+    board = Board("charuco", (7, 5), 0.03)
+    write_board(board, tmp_path / "board.pdf")
+    text = (tmp_path / "board.pdf").read_bytes()
+    # 7 squares of 30 mm and two margins of 10 mm, in points.
+    assert b"/MediaBox [ 0 0 651.96" in text
+    corners = find_corners(board, cv2.copyMakeBorder(board.drawn(), 40, 40, 40, 40, cv2.BORDER_CONSTANT, value=255))
+    assert corners is not None
+    assert len(corners[0]) == 24
+
+
+@pytest.mark.parametrize("flat", [True, False])
+def test_a_camera_is_found_from_points(flat: bool) -> None:
+    rng = np.random.default_rng(5)
+    world = rng.uniform(-0.5, 0.5, (8, 3)) * [1, 1, 0 if flat else 1]
+    turn, shift = np.array([2.0, 0.3, -0.2]), np.array([0.1, -0.05, 2.2])
+    pixels = cv2.projectPoints(world, turn, shift, MATRIX, DISTORTION)[0].reshape(-1, 2).astype(np.float64)
+    found = find_pose(MATRIX, DISTORTION, world, pixels + rng.normal(0, 0.3, pixels.shape))
+    assert np.abs(found.rotation - cv2.Rodrigues(turn)[0]).max() < 0.01
+    assert np.abs(found.translation_m - shift).max() < 0.02
+    with pytest.raises(pt.InputError, match="four or more"):
+        find_pose(MATRIX, DISTORTION, world[:3], pixels[:3])
+    with pytest.raises(pt.InputError, match="one line"):
+        find_pose(MATRIX, DISTORTION, np.outer(np.arange(5.0), [1, 1, 1]), pixels[:5])
+
+
+def test_from_a_board_and_points_to_a_file_that_init_takes(tmp_path: Path) -> None:
+    run = CliRunner()
+    board = Board("charuco", (7, 5), 0.03)
+    video, out = filmed(tmp_path / "board.mp4", board, 3), tmp_path / "camera.toml"
+    done = run.invoke(app, ["calibrate", "camera", str(video), "--square-mm", "30", "--out", str(out), "--quiet"])
+    assert done.exit_code == 0, done.output
+    world = np.array([[0, 0, 0], [0.4, 0, 0], [0.4, 0.3, 0], [0, 0.3, 0], [0.2, 0.1, 0.3]])
+    pixels = cv2.projectPoints(world, np.array([2.0, 0.0, 0.0]), np.array([0.0, 0.0, 2.0]), MATRIX, DISTORTION)[0]
+    rows = [",".join(f"{x:.4f}" for x in (*place, *pixel)) for place, pixel in zip(world, pixels[:, 0], strict=True)]
+    points = tmp_path / "points.csv"
+    points.write_text("x_m,y_m,z_m,u,v\n" + "\n".join(rows) + "\n")
+    for _ in range(2):  # a second time the pose is replaced, not added
+        done = run.invoke(app, ["calibrate", "pose", str(points), str(out)])
+        assert done.exit_code == 0, done.output
+    assert out.read_text().count("rotation = ") == 1
+    path = pt.setup.init(tmp_path / "recording", video=video, camera=out)
+    assert "rotation = [[" in path.read_text()

@@ -1,0 +1,248 @@
+"""From files to a recording: conventions, clock, heading, mount and patch found; init, check and what they say."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import get_args
+
+import cv2
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import pytracker as pt
+from pytracker.cli.entry import app
+from pytracker.formats.imu import read_imu
+from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
+from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.formats.video import frames
+from pytracker.report.check_page import render_check
+from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.setup.check_worn import given_axis
+from pytracker.setup.conventions import find_conventions
+from pytracker.setup.draft import Draft
+from pytracker.setup.lag import find_lags
+from pytracker.setup.patch import find_candidates
+from pytracker.setup.worn import mount_of
+
+SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"
+KNOWN = ("matrix", "rotation", "translation_m")
+ACC, GYR, QUATERNION = slice(1, 4), slice(4, 7), slice(7, 11)
+COLUMNS = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
+EVERY = [
+    Conventions(acc_unit=a, gyr_unit=g, quaternion=o, quaternion_takes=d, earth=e)
+    for a, g, o, d, e in itertools.product(*(get_args(of) for of in (AccUnit, GyrUnit, Order, Direction, Earth)))
+]
+
+
+@pytest.fixture(scope="module")
+def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A worn arm that gestures, with everything in its recording.toml."""
+    scene = pt.ArmScene(worn=True, pattern="gesture", period_s=2.0)
+    return pt.simulate_arm(tmp_path_factory.mktemp("setup") / "true", scene, 8)
+
+
+def rows_of(folder: Path) -> Array:
+    header, *lines = (folder / "imu.csv").read_text().splitlines()
+    at = [header.split(",").index(name) for name in COLUMNS.split(",")]
+    return np.array([[float(cell) for cell in line.split(",")] for line in lines])[:, at]
+
+
+def otherwise(rows: Array, of: Conventions) -> Array:
+    """The same samples, as a file of these conventions has them."""
+    rows = rows.copy()
+    q = rows[:, QUATERNION]
+    if of.earth == "z down":
+        q = multiply(np.broadcast_to([0.0, -1.0, 0.0, 0.0], q.shape), q)
+    q = conjugate(q) if of.quaternion_takes == "world to sensor" else q
+    rows[:, QUATERNION] = np.roll(q, -1, axis=1) if of.quaternion == "xyzw" else q
+    rows[:, ACC] /= GRAVITY if of.acc_unit == "g" else 1.0
+    rows[:, GYR] = np.degrees(rows[:, GYR]) if of.gyr_unit == "deg/s" else rows[:, GYR]
+    return rows
+
+
+def written(rows: Array, path: Path) -> Path:
+    np.savetxt(path, rows, "%.7f", ",", header=COLUMNS, comments="")
+    return path
+
+
+@pytest.mark.parametrize("conventions", EVERY, ids=lambda c: "-".join(c.__dict__.values()).replace(" ", "_"))
+def test_conventions_are_found_and_read(conventions: Conventions, simulated: Path, tmp_path: Path) -> None:
+    rows = rows_of(simulated)
+    log = read_imu(written(otherwise(rows, conventions), tmp_path / "imu.csv"))
+    found = find_conventions(log)
+    assert found.conventions == conventions
+    assert found.unknown == ()
+    ours = in_our_terms(log, found.conventions)
+    assert ours.acc is not None
+    assert ours.q_world_sensor is not None
+    assert np.abs(ours.acc - rows[:, ACC]).max() < 1e-5
+    same = np.abs((ours.q_world_sensor * rows[:, QUATERNION]).sum(axis=1))
+    assert same == pytest.approx(1.0, abs=1e-5)
+
+
+def test_a_sensor_that_does_not_turn_tells_no_quaternion(tmp_path: Path) -> None:
+    rows = np.zeros((500, 11))
+    rows[:, 0] = np.arange(500) / 50
+    rows[:, ACC] = [0.0, 0.0, 4.0]
+    rows[:, 7] = 1.0
+    found = find_conventions(read_imu(written(rows, tmp_path / "imu.csv")))
+    assert {"acc_unit", "quaternion", "quaternion_takes"} <= set(found.unknown)
+    assert found.conventions == Conventions()
+
+
+@pytest.mark.parametrize("offset_s", [-29.3, 0.0, 11.77])
+def test_any_lag_is_found_from_the_movement_alone(offset_s: float, simulated: Path) -> None:
+    recording = pt.load(simulated)
+    assert isinstance(recording, pt.ArmRecording)
+    imu, sightings = recording.imus[0], pt.sight(recording)
+    world = rotate(imu.q_world_sensor, imu.acc) - np.array([0.0, 0.0, GRAVITY])
+    best = find_lags(sightings.time_s, sightings.pixels[:, 0], imu.time_s - offset_s, world)[0]
+    # The simulator's own clock is 20 ms off.
+    assert best.offset_s == pytest.approx(offset_s, abs=0.045)
+    assert best.explained > 0.7
+    never = find_lags(sightings.time_s[:50], sightings.pixels[:50, 0], imu.time_s, world)
+    assert never == ()
+
+
+def test_the_patch_is_the_coloured_thing_that_moves(simulated: Path) -> None:
+    draft = Draft(simulated)
+    x, y, w, h = draft.get("camera.patch_box")
+    found = find_candidates(simulated / "video.mp4")
+    bx, by, bw, bh = found[0].box
+    assert abs(bx + bw / 2 - x - w / 2) < 6
+    assert abs(by + bh / 2 - y - h / 2) < 6
+    assert np.isfinite(found[0].pixels).all(axis=1).mean() > 0.9
+
+
+@pytest.mark.parametrize("axis", [[0, 1, 0], [0, -1, 0], [1, 0, 0], [0.6, 0, -0.8]])
+def test_a_mount_takes_the_axis_to_the_forearm(axis: list[float]) -> None:
+    mount = mount_of(np.array(axis, dtype=float))
+    assert rotate(mount, np.array(axis, dtype=float)) == pytest.approx([0, 1, 0], abs=1e-12)
+    assert given_axis(list(mount)) == pytest.approx(axis, abs=1e-12)
+
+
+def test_a_draft_keeps_what_was_written(tmp_path: Path) -> None:
+    (tmp_path / "recording.toml").write_text('kind = "arm"  # mine\n[[imu]]\nfile = "a.csv"  # the left one\n')
+    draft = Draft(tmp_path)
+    assert draft.lacks("imu.file", "imu.offset_s", "arm.shoulder_m") == ["imu.offset_s", "arm.shoulder_m"]
+    draft.set("imu.offset_s", 1.5)
+    draft.set("arm.forearm_m", 0.25)
+    draft.set("camera.patch_box", [1, 2, 3, 4])
+    draft.save()
+    again = Draft(tmp_path)
+    assert "# the left one" in again.path.read_text()
+    assert (again.get("imu.offset_s"), again.get("arm.forearm_m")) == (1.5, 0.25)
+    assert again.get("camera.patch_box") == [1, 2, 3, 4]
+    (tmp_path / "recording.toml").write_text("kind = [")
+    with pytest.raises(pt.InputError, match="is not TOML"):
+        Draft(tmp_path)
+    with pytest.raises(pt.InputError, match="pytracker init writes it"):
+        Draft(tmp_path / "nowhere")
+
+
+def known_file(folder: Path, path: Path) -> Path:
+    """What a person has measured: camera and arm."""
+    draft = Draft(folder)
+    lines = [f"{key} = {draft.get(f'camera.{key}')}" for key in KNOWN]
+    lines += [f"{key} = {draft.get(f'arm.{key}')}" for key in ("shoulder_m", "upper_arm_m", "forearm_m")]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def hidden(rows: Array, offset_s: float, heading_deg: float, mount: Array) -> Array:
+    """The samples by another clock, in another earth frame, of a sensor that is worn otherwise."""
+    rows, back = rows.copy(), conjugate(mount)
+    rows[:, 0] -= offset_s
+    rows[:, ACC], rows[:, GYR] = rotate(back, rows[:, ACC]), rotate(back, rows[:, GYR])
+    turn = rotation_vector_to_quaternion(np.array([0.0, 0.0, -np.radians(heading_deg)]))
+    q = rows[:, QUATERNION]
+    rows[:, QUATERNION] = multiply(multiply(np.broadcast_to(turn, q.shape), q), np.broadcast_to(mount, q.shape))
+    return rows
+
+
+def test_everything_hidden_is_found_by_init_and_check(simulated: Path, tmp_path: Path) -> None:
+    """Clock, heading, mount, units and quaternion; afterwards the wrist is as right as with the true ones, nearly."""
+    mount, other = np.array([0.5, 0.5, 0.5, 0.5]), EVERY[-1]
+    rows = otherwise(hidden(rows_of(simulated), 12.4, 131.0, mount), other)
+    known, run = known_file(simulated, tmp_path / "known.toml"), CliRunner()
+    folder = tmp_path / "recording"
+    files = ["--video", str(simulated / "video.mp4"), "--imu", str(written(rows, tmp_path / "imu.csv"))]
+    done = run.invoke(app, ["init", str(folder), *files, "--known", str(known)])
+    assert done.exit_code == 0, done.output
+    done = run.invoke(app, ["check", str(folder), "--write"])
+    assert done.exit_code == 0, done.output
+    draft = Draft(folder)
+    assert draft.get("imu.offset_s") == pytest.approx(12.4, abs=0.06)
+    assert draft.get("imu.heading_deg") == pytest.approx(131.0, abs=8.0)
+    found, true = given_axis(draft.get("imu.mount")), given_axis(list(mount))
+    assert np.degrees(np.arccos(found @ true)) < 20.0
+    assert [draft.get(f"imu.{name}") for name in ("quaternion", "earth")] == [other.quaternion, other.earth]
+    recording, right = pt.load(folder), pt.load(simulated)
+    as_found = pt.evaluate(pt.track(recording, pt.Smooth()), right.truth).joints["wrist"].rms_m
+    as_true = pt.evaluate(pt.track(right, pt.Smooth()), right.truth).joints["wrist"].rms_m
+    assert as_found < max(1.6 * as_true, 0.06)
+    # What is right now stays as it is.
+    again = pt.setup.check(folder)
+    assert [finding for finding in again.findings if finding.writes] == []
+    assert "Nothing is missing or wrong." in render_check(again)
+
+
+def test_files_that_were_started_by_hand_are_laid_over_each_other(tmp_path: Path) -> None:
+    """A recording by others: its clock moved by 17.3 s, its heading turned by 131°; camera and lengths are given."""
+    if not SHARED.exists():
+        pytest.skip(f"{SHARED} is not there")
+    rows = hidden(rows_of(SHARED), 17.3, -131.0, np.array([1.0, 0.0, 0.0, 0.0]))
+    files = {"video": SHARED / "video.mp4", "imu": written(rows, tmp_path / "imu.csv")}
+    pt.setup.init(tmp_path / "recording", camera=known_file(SHARED, tmp_path / "known.toml"), **files)
+    pt.setup.check(tmp_path / "recording", write=True)
+    track = pt.track(pt.load(tmp_path / "recording"), pt.Smooth())
+    wrist = pt.evaluate(track, pt.load(SHARED).truth).joints["wrist"]
+    assert wrist.rms_m < 0.03
+    assert min(wrist.coverage) > 0.9
+
+
+def test_what_is_missing_is_said_and_stops_only_what_needs_it(simulated: Path, tmp_path: Path) -> None:
+    folder, run = tmp_path / "recording", CliRunner()
+    files = ["--video", str(simulated / "video.mp4"), "--imu", str(simulated / "imu.csv")]
+    assert run.invoke(app, ["init", str(folder), *files]).exit_code == 0
+    done = run.invoke(app, ["init", str(folder), *files])
+    assert isinstance(done.exception, pt.InputError)
+    assert "already exists" in str(done.exception)
+    text = (folder / "recording.toml").read_text()
+    assert "# guessed" in text
+    assert "missing: the shoulder joint" in text
+    done = run.invoke(app, ["check", str(folder), "--html", str(tmp_path / "check.html")])
+    assert done.exit_code == 1
+    assert "pytracker calibrate" in done.output
+    assert "camera.patch_box = [" in done.output
+    # Even so the clocks are laid over each other.
+    assert "imu.offset_s = " in done.output or "right  clock" in done.output
+    assert "nothing was written" in done.output
+    assert "data:image" in (tmp_path / "check.html").read_text()
+    assert (folder / "recording.toml").read_text() == text
+    for source in (folder, simulated / "video.mp4"):
+        out = tmp_path / f"{source.name}.png"
+        assert run.invoke(app, ["frame", str(source), "--out", str(out)]).exit_code == 0
+        assert cv2.imread(str(out)) is not None
+
+
+def test_a_right_recording_is_right(simulated: Path) -> None:
+    found = pt.setup.check(simulated)
+    assert found.is_ready
+    verdicts = {finding.what: finding.verdict for finding in found.findings}
+    assert verdicts["mount"] == verdicts["video"] == verdicts["the track"] == "right"
+    assert verdicts["clock"] == verdicts["heading"] == "right"
+    assert [finding for finding in found.findings if finding.writes] == []
+
+
+def test_a_body_is_looked_at_too(tmp_path: Path) -> None:
+    folder = pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=1.0), 3)
+    found = pt.setup.check(folder)
+    assert {finding.verdict for finding in found.findings} <= {"right", "doubtful"}
+    first = next(frames(folder / "video.mp4"))
+    assert first.index == 0
+    pt.setup.init(tmp_path / "new", video=folder / "video.mp4")
+    said = {finding.what: finding for finding in pt.setup.check(tmp_path / "new").findings}
+    assert said["skeleton"].verdict == "missing"
