@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import pytracker as pt
 from pytracker.cli.entry import app
-from pytracker.formats.video import VideoWriter
+from pytracker.formats.video import Image, VideoWriter
 from pytracker.rotation import Array
 from pytracker.setup.boards import Board, BoardKind, find_corners, write_board
 from pytracker.setup.calibrate import calibrate_camera, find_pose
@@ -21,7 +21,7 @@ MATRIX = np.array([[610.0, 0.0, 325.0], [0.0, 612.0, 236.0], [0.0, 0.0, 1.0]])
 DISTORTION = np.array([-0.12, 0.06, 0.001, -0.0008, 0.0])
 
 
-def seen(board: Board, turn: Array, shift: Array, rng: np.random.Generator) -> Array:
+def seen(board: Board, turn: Array, shift: Array, rng: np.random.Generator) -> Image:
     """The board as a camera sees it: every pixel's ray, undistorted, met with the board's plane; blurred and noisy."""
     picture, scale = board.drawn(), 120 / board.square_m
     v, u = np.mgrid[0 : SIZE[1], 0 : SIZE[0]].astype(np.float64)
@@ -80,7 +80,8 @@ def test_the_board_is_written_in_true_size_and_found_again(tmp_path: Path) -> No
     text = (tmp_path / "board.pdf").read_bytes()
     # 7 squares of 30 mm and two margins of 10 mm, in points.
     assert b"/MediaBox [ 0 0 651.96" in text
-    corners = find_corners(board, cv2.copyMakeBorder(board.drawn(), 40, 40, 40, 40, cv2.BORDER_CONSTANT, value=255))
+    page = cv2.copyMakeBorder(board.drawn(), 40, 40, 40, 40, cv2.BORDER_CONSTANT, value=255)
+    corners = find_corners(board, np.asarray(page, dtype=np.uint8))
     assert corners is not None
     assert len(corners[0]) == 24
 

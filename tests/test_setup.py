@@ -194,8 +194,8 @@ def test_files_that_were_started_by_hand_are_laid_over_each_other(tmp_path: Path
     if not SHARED.exists():
         pytest.skip(f"{SHARED} is not there")
     rows = hidden(rows_of(SHARED), 17.3, -131.0, np.array([1.0, 0.0, 0.0, 0.0]))
-    files = {"video": SHARED / "video.mp4", "imu": written(rows, tmp_path / "imu.csv")}
-    pt.setup.init(tmp_path / "recording", camera=known_file(SHARED, tmp_path / "known.toml"), **files)
+    known, imu = known_file(SHARED, tmp_path / "known.toml"), written(rows, tmp_path / "imu.csv")
+    pt.setup.init(tmp_path / "recording", video=SHARED / "video.mp4", imu=imu, camera=known)
     pt.setup.check(tmp_path / "recording", write=True)
     track = pt.track(pt.load(tmp_path / "recording"), pt.Smooth())
     wrist = pt.evaluate(track, pt.load(SHARED).truth).joints["wrist"]

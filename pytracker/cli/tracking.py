@@ -6,12 +6,15 @@ import json
 import sys
 import tempfile
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 import pytracker as pt
+from pytracker import batch
+from pytracker.batch import Outcome
 from pytracker.cli import parameters
 from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
@@ -84,17 +87,35 @@ def demo(
 
 @commands.command(epilog=parameters.of_methods())
 def track(
-    folder: Folder,
+    folders: Annotated[list[Path], typer.Argument(help="Recording folders (each holds recording.toml).")],
     out: Out,
     method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the best: smooth, partitioned.")] = "",
     particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
     settings: Settings = None,
     seed: Seed = 0,
     no_report: NoReport = False,
+    jobs: Annotated[int, typer.Option(min=1, max=64, help="Several recordings: so many at a time.")] = 1,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Track a recording and write track.csv, metadata.json, scores.json (with truth) and a report page."""
+    """Track a recording and write track.csv, metadata.json, scores.json (with truth) and a report page.
+
+    Several: each into a folder of its own below the one given, one that fails stops no other, and index.html leads to
+    all. Exit status 1 where one failed.
+    """
+    if len(folders) > 1:
+        _track_several(
+            folders,
+            out,
+            partial(_chosen, method, particles, tuple(settings or ())),
+            seed,
+            no_report,
+            jobs,
+            force,
+            quiet,
+        )
+        return
+    folder = folders[0]
     check_target(out, force=force)  # before the work, not after it
     recording = pt.load(folder)
     chosen = chosen_method(recording.kind, method, particles, settings or [])
@@ -114,6 +135,36 @@ def track(
         print_comparison([result], quiet)
     say(f"wrote {out}", quiet)
     if result.valid.mean() < FEW_VALID:
+        raise typer.Exit(1)
+
+
+def _chosen(method: str, particles: int | None, settings: tuple[str, ...], kind: str) -> Method:
+    return chosen_method(kind, method, particles, list(settings))
+
+
+def _track_several(
+    folders: list[Path],
+    out: Path,
+    method_of: Callable[[str], Method],
+    seed: int,
+    no_report: bool,
+    jobs: int,
+    force: bool,
+    quiet: bool,
+) -> None:
+    if out.exists() and not out.is_dir():
+        raise pt.InputError(f"{out}: is a file, expected a folder")
+
+    def told(one: Outcome) -> None:
+        error = "" if one.error_m is None else f", {100 * one.error_m:.1f} cm off"
+        state = f"failed: {one.said[0]}" if one.failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
+        say(f"{one.recording}: {state}", quiet)
+
+    outcomes = batch.track_all(
+        folders, out, method_of, seed=seed, page=not no_report, force=force, jobs=jobs, done=told
+    )
+    say(f"wrote {out / 'index.html'}", quiet)
+    if any(one.failed for one in outcomes):
         raise typer.Exit(1)
 
 

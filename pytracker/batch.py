@@ -1,0 +1,146 @@
+"""Many recordings, one after the other or side by side: each leaves a folder of its own, and one page leads to all.
+
+A recording that fails stops no other: its row says why.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import multiprocessing
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from pytracker._core import InputError, TrackingError
+from pytracker.doubts import doubts, unbelieved
+from pytracker.evaluate import evaluate
+from pytracker.joint_track import Track
+from pytracker.load import load
+from pytracker.methods import Method
+from pytracker.output import write_whole
+from pytracker.report.page import filled
+from pytracker.report.write import write_report
+from pytracker.track import track
+
+__all__ = ["Outcome", "track_all"]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one recording.
+
+    Attributes:
+        recording: its folder.
+        result: name of the folder of its result; empty where there is none.
+        frames: how many.
+        valid: share of them that are valid.
+        error_m: 3-D RMS of the wrist of an arm, average of the joints of a body; None without truth.
+        said: warnings, doubts, or why it failed.
+        failed: whether there is no whole track.
+    """
+
+    recording: Path
+    result: str = ""
+    frames: int = 0
+    valid: float = 0.0
+    error_m: float | None = None
+    said: tuple[str, ...] = ()
+    failed: bool = False
+
+
+def track_all(
+    folders: Sequence[Path],
+    out: Path,
+    method_of: Callable[[str], Method],
+    *,
+    seed: int = 0,
+    page: bool = True,
+    force: bool = False,
+    jobs: int = 1,
+    done: Callable[[Outcome], None] | None = None,
+) -> list[Outcome]:
+    """Track every recording into `out`/<its name>, `jobs` at a time, then write `out`/index.html and index.csv.
+
+    `method_of` gives the method for a kind of recording (it is sent to other processes). `done` is called with each
+    outcome as it comes, in the order of `folders`.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    names = _names(folders)
+    outcomes = []
+    threads = None if jobs == 1 else 1
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+        tasks = [
+            pool.submit(_one, folder, out, name, method_of, seed, page, force, threads)
+            for folder, name in zip(folders, names, strict=True)
+        ]
+        try:
+            for task in tasks:
+                outcomes.append(task.result())
+                if done is not None:
+                    done(outcomes[-1])
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    write_whole(out / "index.csv", _table(outcomes))
+    write_whole(out / "index.html", filled("batch.html", title="Recordings", outcomes=outcomes))
+    return outcomes
+
+
+def _names(folders: Sequence[Path]) -> list[str]:
+    """The folders' own names, numbered where two are alike."""
+    names: list[str] = []
+    for folder in folders:
+        name = folder.resolve().name or "recording"
+        alike = sum(other == name or other.startswith(f"{name}-") for other in names)
+        names.append(f"{name}-{alike + 1}" if name in names else name)
+    return names
+
+
+def _one(
+    folder: Path,
+    out: Path,
+    name: str,
+    method_of: Callable[[str], Method],
+    seed: int,
+    page: bool,
+    force: bool,
+    threads: int | None,
+) -> Outcome:
+    try:
+        recording = load(folder)
+        try:
+            result: Track = track(recording, method_of(recording.kind), seed, threads=threads)
+        except TrackingError as error:
+            if not hasattr(error, "track"):
+                raise
+            result = error.track
+        write_report([result], out / name, force=force, page=page)
+    except (InputError, TrackingError, OSError, MemoryError) as error:
+        return Outcome(folder, said=(str(error) or type(error).__name__,), failed=True)
+    said = (*((result.lost,) if result.lost else ()), *recording.warnings, *unbelieved(result), *doubts(result))
+    return Outcome(
+        folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), tuple(said), bool(result.lost)
+    )
+
+
+def _error_m(result: Track) -> float | None:
+    try:
+        scores = evaluate(result, result.recording.truth)
+    except InputError:
+        return None
+    return scores.joints["wrist"].rms_m if result.recording.kind == "arm" else scores.average_m
+
+
+def _table(outcomes: Sequence[Outcome]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["recording", "result", "failed", "frames", "valid", "error_m", "said"])
+    for one in outcomes:
+        error = "" if one.error_m is None else f"{one.error_m:.4f}"
+        # A cell that begins like a formula is none.
+        name = one.recording.name if one.recording.name[:1] not in "=+-@" else f"'{one.recording.name}"
+        writer.writerow([name, one.result, one.failed, one.frames, f"{one.valid:.4f}", error, " | ".join(one.said)])
+    return out.getvalue()
