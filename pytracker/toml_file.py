@@ -17,7 +17,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Entry", "Finite", "Length", "Positive", "Whole", "parse_toml", "read_toml", "validated"]
+__all__ = ["Entry", "Finite", "Length", "Positive", "Whole", "faults_of", "parse_toml", "read_toml", "validated"]
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
@@ -61,12 +61,23 @@ def validated(path: Path, data: dict[str, Any], model: type[Model]) -> Model:
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        found = error.errors()
-        # A list whose item is at fault is said to be too short as well: only the item is.
-        places = [fault["loc"] for fault in found]
-        inner = [f for f in found if not any(len(p) > len(f["loc"]) and p[: len(f["loc"])] == f["loc"] for p in places)]
-        faults = [_fault(model, fault) for fault in inner]
-        raise InputError(f"{path}: " + "; ".join(faults)) from None
+        raise InputError(f"{path}: " + "; ".join(_fault(model, fault) for fault in _inner(error))) from None
+
+
+def faults_of(data: dict[str, Any], model: type[BaseModel]) -> list[str]:
+    """What is wrong of what is there; that something is missing is no fault."""
+    try:
+        model.model_validate(data)
+    except ValidationError as error:
+        return [_fault(model, fault) for fault in _inner(error) if fault["type"] != "missing"]
+    return []
+
+
+def _inner(error: ValidationError) -> list[Any]:
+    """A list whose item is at fault is said to be too short as well: only the item is."""
+    found = error.errors()
+    places = [fault["loc"] for fault in found]
+    return [f for f in found if not any(len(p) > len(f["loc"]) and p[: len(f["loc"])] == f["loc"] for p in places)]
 
 
 def _fault(model: type[BaseModel], fault: Any) -> str:

@@ -228,6 +228,37 @@ def test_what_is_missing_is_said_and_stops_only_what_needs_it(simulated: Path, t
         assert cv2.imread(str(out)) is not None
 
 
+@pytest.mark.parametrize(
+    ("key", "what", "words"),
+    [
+        ("upper_arm_m", "recording.toml", "arm.upper_arm_m is 'long', expected"),
+        ("mount", "mount", "has norm 0.0000"),
+        ("translation_m", "camera", "camera.translation_m not given"),
+    ],
+)
+def test_what_is_wrong_in_the_file_is_a_line_and_no_traceback(
+    key: str, what: str, words: str, simulated: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "recording"
+    pt.setup.init(folder, video=simulated / "video.mp4", imu=simulated / "imu.csv", camera=None)
+    draft = Draft(folder)
+    for name in (*KNOWN, "patch_box"):
+        draft.set(f"camera.{name}", Draft(simulated).get(f"camera.{name}"))
+    for name in ("shoulder_m", "upper_arm_m", "forearm_m"):
+        draft.set(f"arm.{name}", Draft(simulated).get(f"arm.{name}"))
+    if key == "upper_arm_m":
+        draft.set("arm.upper_arm_m", "long")
+    elif key == "mount":
+        draft.set("imu.mount", [0.0, 0.0, 0.0, 0.0])
+    draft.save()
+    if key == "translation_m":
+        text = draft.path.read_text().splitlines()
+        draft.path.write_text("\n".join(row for row in text if not row.startswith("translation_m")) + "\n")
+    said = {finding.what: finding for finding in pt.setup.check(folder).findings}
+    assert said[what].verdict in ("wrong", "missing")
+    assert words in said[what].evidence
+
+
 def test_a_right_recording_is_right(simulated: Path) -> None:
     found = pt.setup.check(simulated)
     assert found.is_ready

@@ -21,6 +21,7 @@ from pytracker.load import load
 from pytracker.recording import Arm, ArmRecording, Imu, View
 from pytracker.registry import DEFAULTS, METHODS_OF
 from pytracker.rotation import Array, rotate, triple
+from pytracker.schema import SCHEMA, ArmFile, BodyFile
 from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_video, follow
 from pytracker.setup.check_imu import check_imu
 from pytracker.setup.check_worn import check_clock, check_worn, given_axis
@@ -28,6 +29,7 @@ from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 from pytracker.setup.lag import GRID_S, banded, find_lags
 from pytracker.setup.worn import Worn
+from pytracker.toml_file import faults_of, read_toml
 from pytracker.track import track
 
 __all__ = ["Checkup", "check"]
@@ -66,6 +68,9 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
     Raises `InputError` only where there is no recording.toml that is TOML.
     """
     draft = Draft(Path(folder))
+    data = read_toml(draft.path, SCHEMA)
+    if faults := faults_of(data, BodyFile if data.get("kind") == "body" else ArmFile):
+        return Checkup(draft.folder, tuple(Finding("recording.toml", "wrong", fault) for fault in faults))
     found, laid_over, box = _arm(draft) if draft.kind == "arm" else (_body(draft), None, None)
     changes = {place: value for finding in found for place, value in finding.writes.items()}
     if write and changes:
@@ -122,23 +127,21 @@ def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding
     assert log.acc is not None
     assert log.q_world_sensor is not None
     shoulder, upper_arm, forearm = (draft.get(place) for place in ARM)
-    try:
-        arm = Arm(
-            shoulder_m=triple(np.array(shoulder, dtype=float)),
-            upper_arm_m=float(upper_arm),
-            forearm_m=float(forearm),
-            wrist_start_m=(0.0, 0.0, 0.0),
-        )
-    except (TypeError, ValueError) as error:
-        return [Finding("arm", "wrong", str(error))], None
+    arm = Arm(
+        shoulder_m=triple(np.array(shoulder, dtype=float)),
+        upper_arm_m=float(upper_arm),
+        forearm_m=float(forearm),
+        wrist_start_m=(0.0, 0.0, 0.0),
+    )
     imu = Imu(time_s=log.time_s, acc=log.acc, q_world_sensor=log.q_world_sensor, gyr=log.gyr)
     recording = ArmRecording(views=(View(camera=camera_of(draft)),), imus=(imu,), arm=arm)
     has = tuple(draft.get(place) is not None for place in ("imu.offset_s", "imu.heading_deg", "imu.mount"))
-    given = Worn(
-        float(draft.get("imu.offset_s") or 0.0),
-        float(np.radians(draft.get("imu.heading_deg") or 0.0)),
-        given_axis(draft.get("imu.mount")),
-    )
+    try:
+        axis = given_axis(draft.get("imu.mount"))
+    except InputError as error:
+        return [Finding("mount", "wrong", str(error))], None
+    offset_s, heading_deg = (float(draft.get(place) or 0.0) for place in ("imu.offset_s", "imu.heading_deg"))
+    given = Worn(offset_s, float(np.radians(heading_deg)), axis)
     return check_worn(recording, sightings, given, (has[0], has[1], has[2]))
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pytracker._core import InputError
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
@@ -152,4 +153,6 @@ def _sds(recording: ArmRecording, sightings: Sightings, at: Worn) -> tuple[float
 def given_axis(mount: list[float] | None) -> Array:
     """Of the sensor: from wrist to elbow, by the mount that is given."""
     q = np.array([1.0, 0.0, 0.0, 0.0] if mount is None else mount, dtype=float)
+    if not 0.5 < np.linalg.norm(q) < 2.0:
+        raise InputError(f"imu.mount has norm {np.linalg.norm(q):.4f}, expected a unit quaternion")
     return rotate(conjugate(q / np.linalg.norm(q)), np.array([0.0, 1.0, 0.0]))
