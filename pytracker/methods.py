@@ -289,7 +289,7 @@ class Smooth(Mixture):
     shoulder_density: float = 0.045
     upper_arm_sd_m: float = 0.012
     forearm_sd_m: float = 0.01
-    shoulder_place_sd_m: float = 0.025
+    shoulder_place_sd_m: float = 0.03
     mount_sd_rad: float = 0.035
     camera_turn_sd_rad: float = 0.01
     camera_distance_sd_m: float = 0.1

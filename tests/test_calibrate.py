@@ -11,9 +11,10 @@ from typer.testing import CliRunner
 
 import pytracker as pt
 from pytracker.cli.entry import app
+from pytracker.evidence.boards import Board, BoardKind, find_corners
 from pytracker.formats.video import Image, VideoWriter
+from pytracker.report.board import write_board
 from pytracker.rotation import Array
-from pytracker.setup.boards import Board, BoardKind, find_corners, write_board
 from pytracker.setup.calibrate import calibrate_camera, find_pose
 
 SIZE = (640, 480)

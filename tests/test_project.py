@@ -36,7 +36,15 @@ def files_that_import(name: str) -> set[str]:
 
 
 def test_libraries_stay_in_their_rooms() -> None:
-    allowed = ("formats/video", "evidence/", "simulate/", "report/overlay", "report/arm_overlay", "report/body_overlay")
+    allowed = (
+        "formats/video",
+        "evidence/",
+        "simulate/",
+        "setup/calibrate",
+        "report/overlay",
+        "report/arm_overlay",
+        "report/body_overlay",
+    )
     assert all(path.startswith(allowed) for path in files_that_import("cv2"))
     assert all(path.startswith("report/") for path in files_that_import("matplotlib"))
     assert all(path.startswith("cli/") for path in files_that_import("typer") | files_that_import("rich"))
@@ -88,7 +96,8 @@ def test_data_flows_one_way() -> None:
         ["rotation"], ["skeleton", "average_skeleton"], ["formats"], ["recording"], ["projection", "schema"],
         ["load", "load_arm", "load_body", "load_imu", "load_keypoints", "load_truth", "load_worn"],
         ["evidence"], ["joint_track", "track", "track_arm", "track_body"],
-        ["doubts"], ["cycle"], ["evaluate"], ["study"], ["report"], ["reproduce"], ["cli"],
+        ["found"], ["doubts"], ["setup"], ["cycle"], ["evaluate"], ["study"], ["report"], ["batch"],
+        ["reproduce"], ["cli"],
     ]  # fmt: skip
     order = {name: number for number, names in enumerate(stages) for name in names}
     for path in PACKAGE.rglob("*.py"):

@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 
 import pytracker as pt
 from pytracker.cli.entry import app
+from pytracker.evidence.coloured import find_candidates
 from pytracker.formats.imu import read_imu
 from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
 from pytracker.formats.imu_gravity import GRAVITY
@@ -23,7 +24,6 @@ from pytracker.setup.check_worn import given_axis
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
 from pytracker.setup.lag import find_lags
-from pytracker.setup.patch import find_candidates
 from pytracker.setup.worn import mount_of
 
 SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"

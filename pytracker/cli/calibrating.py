@@ -11,9 +11,9 @@ import typer
 import pytracker as pt
 from pytracker.cli.options import Force, Quiet, check_new, say
 from pytracker.cli.terminal import frames_bar
+from pytracker.evidence.boards import Board, BoardKind
 from pytracker.formats.points import read_points
 from pytracker.output import write_whole
-from pytracker.setup.boards import Board, BoardKind, write_board
 from pytracker.setup.calibrate import Intrinsics, calibrate_camera, find_pose
 from pytracker.toml_file import parse_toml
 
@@ -46,6 +46,8 @@ def board(
 ) -> None:
     """Write a calibration board as a PDF in true size."""
     check_new(out, ".pdf", force=force)
+    from pytracker.report.board import write_board  # noqa: PLC0415 - Matplotlib is slow
+
     write_board(_board(kind, squares, square_mm), out, force=force)
     print(f"wrote {out}: print in true size on stiff paper, and measure a square")
 

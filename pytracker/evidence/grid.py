@@ -7,11 +7,18 @@ import numpy as np
 
 from pytracker.formats.video import Image
 
-__all__ = ["draw_grid"]
+__all__ = ["draw_grid", "png_of"]
 
 EVERY_PX = 50
 LINE = (255, 255, 255)
 BOX = (60, 60, 230)
+
+
+def png_of(image: Image) -> bytes:
+    """A picture as PNG."""
+    ok, png = cv2.imencode(".png", image)
+    assert ok
+    return png.tobytes()
 
 
 def draw_grid(image: Image, box: tuple[int, int, int, int] | None) -> Image:

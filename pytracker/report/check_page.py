@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 
-import cv2
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from pytracker.evidence.grid import draw_grid
+from pytracker.evidence.grid import draw_grid, png_of
 from pytracker.formats.video import frames
 from pytracker.report.drawing import COLOURS, STYLE, legend_above, svg
 from pytracker.report.page import PageFigure, embedded, filled
@@ -39,10 +38,8 @@ def _first_frame(checkup: Checkup) -> list[PageFigure]:
         return []
     box = None if checkup.patch_box is None else tuple(int(value) for value in checkup.patch_box)
     image = draw_grid(frame.image, None if box is None else (box[0], box[1], box[2], box[3]))
-    ok, png = cv2.imencode(".png", image)
-    assert ok
     alt = "The first frame with a grid in pixels" + ("" if box is None else f" and the patch's box, {list(box)}")
-    return [embedded("The first frame", alt, png.tobytes())]
+    return [embedded("The first frame", alt, png_of(image))]
 
 
 def _laid_over(checkup: Checkup) -> list[PageFigure]:

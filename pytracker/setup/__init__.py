@@ -7,9 +7,8 @@
 | `check` | `check`: everything looked at, line by line; `check_camera`, `check_imu`, `check_worn`: its parts |
 | `findings` | a line |
 | `frame` | one frame with a grid |
-| `boards`, `calibrate` | a camera from a video of a board; its pose from points |
+| `calibrate` | a camera from a video of a board; its pose from points |
 | `conventions` | units, quaternion and earth frame, from an IMU's numbers alone |
-| `patch` | coloured things that move |
 | `lag` | two clocks, from the movement alone |
 | `worn` | clock, heading and the axis along the forearm, from all that is known |
 """

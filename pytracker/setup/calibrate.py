@@ -13,9 +13,9 @@ import cv2
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.evidence.boards import Board, find_corners
 from pytracker.formats.video import frames, probe
 from pytracker.rotation import Array
-from pytracker.setup.boards import Board, find_corners
 
 __all__ = ["Intrinsics", "Pose", "calibrate_camera", "find_pose"]
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.evidence.camshift import track_patch
+from pytracker.evidence.coloured import Candidate, find_candidates
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.video import frames, probe
 from pytracker.recording import Camera
@@ -13,7 +14,6 @@ from pytracker.rotation import Array
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 from pytracker.setup.lag import find_lags
-from pytracker.setup.patch import Candidate, find_candidates
 
 __all__ = ["camera_of", "check_patch", "check_pose", "check_video", "follow"]
 

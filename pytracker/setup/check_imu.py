@@ -6,7 +6,6 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
 from pytracker._core import InputError
 from pytracker.formats.imu import orient, read_imu
@@ -69,12 +68,9 @@ def _read(draft: Draft, file: Path) -> ImuLog | Finding:
 
 
 def _given(draft: Draft) -> Conventions:
-    """As the file says; the usual where it says nothing that could be."""
+    """As the file says; the usual where it says nothing."""
     said = {name: value for name in WORDS if (value := draft.get(f"imu.{name}")) is not None}
-    try:
-        return ImuEntry.model_validate({"file": "-", **said}).conventions
-    except ValidationError:
-        return Conventions()
+    return ImuEntry.model_validate({"file": "-", **said}).conventions
 
 
 def _times(log: ImuLog) -> Finding:

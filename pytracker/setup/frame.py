@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
-
 from pytracker._core import InputError
-from pytracker.evidence.grid import draw_grid
+from pytracker.evidence.grid import draw_grid, png_of
 from pytracker.formats.video import frames
 from pytracker.output import whole_file
 from pytracker.toml_file import parse_toml
@@ -25,10 +23,8 @@ def write_frame(source: Path | str, out: Path, camera: int = 0, number: int = 0,
     for frame in frames(file):
         last = frame.index
         if last == number:
-            ok, png = cv2.imencode(".png", draw_grid(frame.image, box))
-            assert ok
             with whole_file(out, force=force) as partial:
-                partial.write_bytes(png.tobytes())
+                partial.write_bytes(png_of(draw_grid(frame.image, box)))
             return
     raise InputError(f"{file}: has frames 0 to {last}, expected one numbered {number}")
 

@@ -1,4 +1,4 @@
-"""Calibration boards: drawn in true size, and found in a picture.
+"""Calibration boards: drawn, and found in a picture.
 
 A ChArUco board may be seen in part, a chess board only whole.
 """
@@ -6,28 +6,22 @@ A ChArUco board may be seen in part, a chess board only whole.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 import cv2
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
 
 from pytracker._core import InputError
 from pytracker.formats.video import Image
-from pytracker.output import whole_file
 from pytracker.rotation import Array
 
-__all__ = ["Board", "BoardKind", "find_corners", "write_board"]
+__all__ = ["Board", "BoardKind", "find_corners"]
 
 BoardKind = Literal["charuco", "chess"]
 MARKER_SHARE = 0.75
 DICTIONARY = cv2.aruco.DICT_5X5_250
 LEAST_CORNERS = 6
-MARGIN_MM = 10.0
 PX_PER_SQUARE = 120
-MM_PER_INCH = 25.4
 MOST_SQUARES = 20
 
 
@@ -83,22 +77,3 @@ def find_corners(board: Board, image: Image) -> tuple[Array, Array] | None:
     rows, columns = np.mgrid[1 : inner[1] + 1, 1 : inner[0] + 1]
     on_board = board.square_m * np.stack([columns, rows, np.zeros_like(rows)], axis=-1).reshape(-1, 3)
     return on_board.astype(np.float64), np.asarray(corners, dtype=np.float64).reshape(-1, 2)
-
-
-def write_board(board: Board, out: Path, *, force: bool = False) -> None:
-    """A PDF page of the board in true size, with its size on it. Print without scaling, and measure a square."""
-    columns, rows = board.squares
-    square_mm = 1000 * board.square_m
-    width, height = columns * square_mm, rows * square_mm
-    page = (width + 2 * MARGIN_MM, height + 3 * MARGIN_MM)
-    with mpl.rc_context({"savefig.facecolor": "white", "pdf.compression": 6}):
-        figure = Figure(figsize=(page[0] / MM_PER_INCH, page[1] / MM_PER_INCH))
-        axes = figure.add_axes((
-            MARGIN_MM / page[0], 2 * MARGIN_MM / page[1], width / page[0], height / page[1],
-        ))  # fmt: skip
-        axes.imshow(board.drawn(), cmap="gray", vmin=0, vmax=255, interpolation="nearest", aspect="auto")
-        axes.axis("off")
-        words = f"{board.kind}, {columns} x {rows} squares of {square_mm:g} mm: print in true size, measure a square"
-        figure.text(MARGIN_MM / page[0], 0.8 * MARGIN_MM / page[1], words, fontsize=8)
-        with whole_file(out, force=force) as partial:
-            figure.savefig(partial, format="pdf", metadata={"CreationDate": None})
