@@ -35,7 +35,13 @@ def load_imu(
         raise InputError(f"{place}.mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
     orientation = folder / entry.orientation_file if entry.orientation_file else None
     mount /= np.linalg.norm(mount)
-    log = read_imu(folder / entry.file, orientation_file=orientation, form=entry.format, rate_hz=entry.rate_hz)
+    log = read_imu(
+        folder / entry.file,
+        orientation_file=orientation,
+        form=entry.format,
+        rate_hz=entry.rate_hz,
+        columns={ours: theirs for ours, theirs in entry.columns.items()},
+    )
     log = check(in_our_terms(log, entry.conventions))
     if log.q_world_sensor is None and entry.heading_deg is None and needs_heading:
         raise InputError(

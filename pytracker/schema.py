@@ -31,6 +31,11 @@ Spread = Annotated[float, Field(strict=True, ge=0, le=1)]
 Matrix = tuple[Triple, Triple, Triple]
 
 
+ImuColumn = Literal[
+    "time_s", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z", "mag_x", "mag_y", "mag_z",
+    "q_w", "q_x", "q_y", "q_z"
+]  # fmt: skip
+
 SCHEMA = 1
 """The newest recording schema that this version reads."""
 
@@ -58,6 +63,7 @@ class ImuEntry(Entry):
     file: str
     orientation_file: str | None = None
     format: Literal["auto", "csv", "mt-manager", "mt9-log"] = "auto"
+    columns: dict[ImuColumn, str] = Field(default_factory=dict)
     rate_hz: Positive | None = None
     segment: str | None = None
     offset_s: Finite = 0.0

@@ -10,6 +10,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -43,9 +44,16 @@ FORMATS = ("auto", "csv", "mt-manager", "mt9-log")
 
 
 def read_imu(
-    path: Path, *, orientation_file: Path | None = None, form: str = "auto", rate_hz: float | None = None
+    path: Path,
+    *,
+    orientation_file: Path | None = None,
+    form: str = "auto",
+    rate_hz: float | None = None,
+    columns: Mapping[str, str] | None = None,
 ) -> ImuLog:
-    """Read an IMU file of any known format; `rate_hz` for exports that do not say theirs.
+    """Read an IMU file of any known format.
+
+    `rate_hz` is for exports that do not say theirs, `columns` for a CSV whose names are not known.
 
     Raises `InputError` naming file, line, value and expectation. Nothing is judged yet: see `check`.
     """
@@ -59,7 +67,9 @@ def read_imu(
     elif form == "mt9-log":
         log = mt9_log.read(path, lines, orientation_file)
     else:
-        log = imu_csv.read(path, lines)
+        log = imu_csv.read(path, lines, columns)
+    if columns and form != "csv":
+        raise InputError(f"{path}: columns go with format csv, but this is {form}")
     if orientation_file is not None and form != "mt9-log":
         raise InputError(f"{path}: orientation_file goes with format mt9-log, but this is {form}")
     return log if rate_hz is None else dataclasses.replace(log, rate_hz=rate_hz)

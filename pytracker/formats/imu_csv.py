@@ -1,17 +1,22 @@
-"""The plain IMU CSV: a header, then a row a sample.
+"""An IMU's CSV: a header, then a row a sample.
 
 Columns are found by name, extra ones ignored: `time_s, acc_x..z` (m/s², specific force), `gyr_x..z` (rad/s),
-`mag_x..z`, `q_w, q_x, q_y, q_z` (sensor to world).
+`mag_x..z`, `q_w, q_x, q_y, q_z` (sensor to world); or by what other loggers call them (`imu_names`), or by a map.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
+from pytracker.formats.imu_names import known_as
 from pytracker.formats.text import parse_table
 
 __all__ = ["read"]
@@ -25,14 +30,19 @@ ORIENTATION_LIKE = re.compile(
 """How others name an orientation; what is not read must not be passed over."""
 MOST_COLUMNS = 1000
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
+OURS = {"time_s", *ACC, *GYR, *MAG, *QUATERNION}
 
 
-def read(path: Path, lines: list[str]) -> ImuLog:
-    """From the file's lines. Raises `InputError`."""
-    first = next(k for k, line in enumerate(lines) if line.strip())
+def read(path: Path, lines: list[str], columns: Mapping[str, str] | None = None) -> ImuLog:
+    """From the file's lines; `columns` says what ours are called in the file. Raises `InputError`."""
+    first = next(k for k, line in enumerate(lines) if line.strip() and not line.lower().startswith("sep="))
     header = lines[first]
     delimiter = max(",;\t", key=header.count)
-    names = [name.strip().strip('"').lower() for name in header.split(delimiter)]
+    if delimiter == ";":
+        # Where semicolons part the cells, a comma is that of a decimal.
+        lines = [*lines[: first + 1], *(line.replace(",", ".") for line in lines[first + 1 :])]
+    theirs = [name.strip().strip('"').lower() for name in header.split(delimiter)]
+    names, factors = _ours(path, theirs, columns or {})
     if len(names) > MOST_COLUMNS:
         raise InputError(
             f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?"
@@ -44,7 +54,7 @@ def read(path: Path, lines: list[str]) -> ImuLog:
     if missing:
         raise InputError(
             f"{path}:{first + 1}: header has no column {', '.join(missing)} (it has {', '.join(names)[:200]}), "
-            "expected time_s, acc_x, acc_y, acc_z and any of gyr_*, mag_*, q_*"
+            'expected time_s, acc_x, acc_y, acc_z and any of gyr_*, mag_*, q_*, or columns = { time_s = "...", ... }'
         )
     for group in (GYR, MAG, QUATERNION):
         there = [name for name in group if name in names]
@@ -56,17 +66,40 @@ def read(path: Path, lines: list[str]) -> ImuLog:
         raise InputError(
             f"{path}:{first + 1}: columns {', '.join(strange)[:200]} look like an orientation, expected it as "
             "q_w, q_x, q_y, "
-            "q_z (sensor to world, w first): rename them, or drop them to have one computed from the gyroscope"
+            'q_z (sensor to world, w first): name them by columns = { q_w = "...", ... }, or drop them to have one '
+            "computed from the gyroscope"
         )
-    table = parse_table(path, lines, first + 1, names, delimiter, {"time_s", *ACC, *GYR, *MAG, *QUATERNION})
+    table = parse_table(path, lines, first + 1, names, delimiter, OURS)
     time_s = table.columns("time_s")
     assert time_s is not None
+
+    def scaled(*group: str) -> NDArray[np.float64] | None:
+        values = table.columns(*group)
+        return None if values is None else values * np.array([factors.get(name, 1.0) for name in group])
+
     return ImuLog(
         path=path,
         lines=table.lines,
-        time_s=time_s[:, 0],
-        acc=table.columns(*ACC),
-        gyr=table.columns(*GYR),
-        mag=table.columns(*MAG),
+        time_s=time_s[:, 0] * factors.get("time_s", 1.0),
+        acc=scaled(*ACC),
+        gyr=scaled(*GYR),
+        mag=scaled(*MAG),
         q_world_sensor=table.columns(*QUATERNION),
     )
+
+
+def _ours(path: Path, theirs: list[str], columns: Mapping[str, str]) -> tuple[list[str], dict[str, float]]:
+    """The columns' names with ours where they are known, and the factors of those that are in other units."""
+    names, factors = list(theirs), {}
+    for ours, name in columns.items():
+        if name.lower() not in theirs:
+            raise InputError(
+                f"{path}: columns.{ours} is {name!r}, but the header has no such column: {', '.join(theirs)[:200]}"
+            )
+        names[theirs.index(name.lower())] = ours
+    # A clock that counts from the start says more than one of the day.
+    for k in sorted(range(len(theirs)), key=lambda k: "elapsed" not in theirs[k]):
+        known = known_as(theirs[k]) if names[k] == theirs[k] and names[k] not in OURS else None
+        if known is not None and known.name not in names:
+            names[k], factors[known.name] = known.name, known.factor
+    return names, factors

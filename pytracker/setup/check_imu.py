@@ -61,7 +61,11 @@ def _read(draft: Draft, file: Path) -> ImuLog | Finding:
     form = draft.get("imu.format") or "auto"
     try:
         return read_imu(
-            file, orientation_file=draft.file("imu.orientation_file"), form=form, rate_hz=draft.get("imu.rate_hz")
+            file,
+            orientation_file=draft.file("imu.orientation_file"),
+            form=form,
+            rate_hz=draft.get("imu.rate_hz"),
+            columns=draft.get("imu.columns"),
         )
     except (InputError, OSError) as error:
         return Finding("IMU", "wrong", str(error))
