@@ -13,12 +13,9 @@ from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_names import Column, known_as
 
 PHYPHOX = '"Time (s)";"Acceleration x (m/s^2)";"Acceleration y (m/s^2)";"Acceleration z (m/s^2)"'
-X_IO = ",".join(
-    [
-        "Time (s)",
-        *(f"{of} {axis} ({unit})" for of, unit in (("Gyroscope", "deg/s"), ("Accelerometer", "g")) for axis in "XYZ"),
-    ]
-)
+X_IO = ",".join([
+    "Time (s)", *(f"Gyroscope {axis} (deg/s)" for axis in "XYZ"), *(f"Accelerometer {axis} (g)" for axis in "XYZ"),
+])  # fmt: skip
 
 
 @pytest.mark.parametrize(
