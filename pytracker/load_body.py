@@ -26,7 +26,7 @@ from pytracker.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, ImuEntry
 from pytracker.skeleton import UPPER_BODY, Skeleton
 from pytracker.toml_file import parse_toml
 
-__all__ = ["load_body"]
+__all__ = ["load_body", "skeleton_of", "view_of"]
 
 SLACK_S = 0.1
 """Truth and video may end this far apart without a word."""
@@ -46,8 +46,8 @@ POOR_FIT_PX = 15.0
 def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     """What `path`, read as `entry`, says. Raises `InputError`."""
     camera_entry = entry.camera[0]
-    skeleton, skeleton_file = _skeleton(folder, path, entry.skeleton)
-    view = _view(folder, path, camera_entry)
+    skeleton, skeleton_file = skeleton_of(folder, path, entry.skeleton)
+    view = view_of(folder, path, camera_entry)
     truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
@@ -78,7 +78,8 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     )
 
 
-def _skeleton(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton, tuple[Path, ...]]:
+def skeleton_of(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton, tuple[Path, ...]]:
+    """The skeleton that `entry` says, and the files it is in. Raises `InputError`."""
     if (entry.file is None) == (entry.height_m is None):
         raise InputError(f"{path}: [skeleton] has {'both' if entry.file else 'neither'}, expected file or height_m")
     if entry.height_m is not None:
@@ -87,7 +88,8 @@ def _skeleton(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton,
     return read_asf(folder / entry.file), (folder / entry.file,)
 
 
-def _view(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
+def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
+    """The camera that `entry` says, with its video and keypoints. Raises `InputError`."""
     given = [name for name in ("points", "affine", "matrix") if getattr(entry, name) is not None]
     if len(given) != 1:
         raise InputError(

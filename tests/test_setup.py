@@ -17,12 +17,14 @@ from pytracker.evidence.coloured import find_candidates
 from pytracker.formats.imu import read_imu
 from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
 from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.formats.video import frames
+from pytracker.formats.video import frames, probe
+from pytracker.load_keypoints import load_keypoints
 from pytracker.report.check_page import render_check
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.setup.check_worn import given_axis
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
+from pytracker.setup.first_pose import first_pose
 from pytracker.setup.lag import find_lags
 from pytracker.setup.worn import mount_of
 
@@ -266,6 +268,52 @@ def test_a_right_recording_is_right(simulated: Path) -> None:
     assert verdicts["mount"] == verdicts["video"] == verdicts["the track"] == "right"
     assert verdicts["clock"] == verdicts["heading"] == "right"
     assert [finding for finding in found.findings if finding.writes] == []
+
+
+PEOPLE = SHARED.parents[1]
+
+
+@pytest.mark.parametrize("clip", ["20", "21", "22", "24", "29", "31", "33"])
+def test_a_persons_first_pose_is_found_from_a_detectors_keypoints(clip: str) -> None:
+    """Real people, MediaPipe's points: within 10 cm of the truth on average, and no joint farther than 16 cm."""
+    folder = PEOPLE / "recordings" / f"people-gesture-{clip}"
+    if not folder.exists():
+        pytest.skip(f"{folder} is not there")
+    recording = pt.load(folder)
+    assert isinstance(recording, pt.BodyRecording)
+    file = next((PEOPLE / "data" / "people" / "gestures").glob(f"*_{clip}_*mediapipe*.csv"))
+    video = recording.view.video
+    points = load_keypoints(file, "auto", video, probe(video)).points[0, 0]
+    found = first_pose(recording.skeleton, recording.view.camera, points)
+    assert found.fits
+    assert found.rms_px < 2.0
+    pose = np.zeros((1, len(recording.skeleton.channels)))
+    for name, value in found.angles.items():
+        pose[0, recording.skeleton.channels.index(name)] = value if name.startswith("root_t") else np.radians(value)
+    truth = np.genfromtxt(folder / "truth.csv", delimiter=",", names=True)
+    joints = recording.skeleton.joints(pose)
+    off = [
+        np.linalg.norm(joints[joint][0] - [truth[f"{joint}_{axis}_m"][0] for axis in "xyz"])
+        for joint in pt.KEY_JOINTS
+        if joint != "head"  # the truth's is a crown
+    ]
+    assert np.mean(off) < 0.10
+    assert max(off) < 0.16
+    with pytest.raises(pt.InputError, match="expected 6 at least"):
+        first_pose(recording.skeleton, recording.view.camera, np.full((9, 3), np.nan))
+
+
+def test_a_body_with_keypoints_needs_no_first_pose(tmp_path: Path) -> None:
+    folder = pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=1.0, keypoint_sd_px=2.0), 3)
+    draft = Draft(folder)
+    text = draft.path.read_text()
+    draft.path.write_text(text[: text.index("[truth]")])
+    found = {finding.what: finding for finding in pt.setup.check(folder, write=True).findings}
+    assert found["first pose"].writes == {"initial.angles": "initial.toml"}
+    assert found["the track"].verdict in ("right", "doubtful")
+    recording = pt.load(folder)
+    assert isinstance(recording, pt.BodyRecording)
+    assert recording.initial.any()
 
 
 def test_a_body_is_looked_at_too(tmp_path: Path) -> None:

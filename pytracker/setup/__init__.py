@@ -4,8 +4,9 @@
 |---|---|
 | `begin` | `init`: a first recording.toml from the files that there are |
 | `draft` | recording.toml while it is incomplete |
-| `check` | `check`: everything looked at, line by line; `check_camera`, `check_imu`, `check_worn`: its parts |
+| `check` | `check`: everything looked at; `check_camera`, `check_imu`, `check_worn`, `check_body`: its parts |
 | `findings` | a line |
+| `first_pose` | a body's first pose from keypoints |
 | `frame` | one frame with a grid |
 | `calibrate` | a camera from a video of a board; its pose from points |
 | `conventions` | units, quaternion and earth frame, from an IMU's numbers alone |

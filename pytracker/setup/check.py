@@ -18,10 +18,12 @@ from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_log import ImuLog
 from pytracker.found import Found, found_by
 from pytracker.load import load
+from pytracker.output import write_whole
 from pytracker.recording import Arm, ArmRecording, Imu, View
 from pytracker.registry import DEFAULTS, METHODS_OF
 from pytracker.rotation import Array, rotate, triple
 from pytracker.schema import SCHEMA, ArmFile, BodyFile
+from pytracker.setup.check_body import check_body
 from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_video, follow
 from pytracker.setup.check_imu import check_imu
 from pytracker.setup.check_worn import check_clock, check_worn, given_axis
@@ -74,6 +76,9 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
     found, laid_over, box = _arm(draft) if draft.kind == "arm" else (_body(draft), None, None)
     changes = {place: value for finding in found for place, value in finding.writes.items()}
     if write and changes:
+        for finding in found:
+            for name, text in finding.files.items():
+                write_whole(draft.folder / name, text, force=False)
         for place, value in changes.items():
             draft.set(place, value)
         draft.save()
@@ -165,10 +170,7 @@ def _laid_over(sightings: Sightings, imu_s: Array, acceleration: Array) -> tuple
 
 
 def _body(draft: Draft) -> list[Finding]:
-    found = [check_video(draft)]
-    if draft.file("skeleton.file") is None and draft.get("skeleton.height_m") is None:
-        found.append(Finding("skeleton", "missing", "neither skeleton.file nor skeleton.height_m is given"))
-    return found
+    return [check_video(draft), *check_body(draft)]
 
 
 def _whole(folder: Path) -> list[Finding]:

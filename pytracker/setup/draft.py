@@ -43,6 +43,11 @@ class Draft:
         value: Any = None if table is None else table.get(key)
         return value.unwrap() if hasattr(value, "unwrap") else value
 
+    def table(self, name: str) -> dict[str, Any]:
+        """All that stands in a table; empty where there is none."""
+        table = self._table(name)
+        return {} if table is None else dict(table.unwrap())
+
     def lacks(self, *places: str) -> list[str]:
         """Those of the places where nothing stands."""
         return [place for place in places if self.get(place) is None]

@@ -20,12 +20,14 @@ class Finding:
         verdict: on it.
         evidence: a sentence with numbers.
         writes: what should stand in recording.toml, by place such as `imu.offset_s`; empty where nothing changes.
+        files: new files beside it that this needs, by name.
     """
 
     what: str
     verdict: Verdict
     evidence: str
     writes: Mapping[str, object] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         written = "".join(f"\n    {place} = {_short(value)}" for place, value in self.writes.items())

@@ -1,0 +1,102 @@
+"""A check of a body's recording: camera, skeleton, keypoints, and the first pose found from them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.load_body import skeleton_of, view_of
+from pytracker.recording import BodyView
+from pytracker.rotation import Array
+from pytracker.schema import BodyCameraEntry, SkeletonEntry
+from pytracker.setup.draft import Draft
+from pytracker.setup.findings import Finding
+from pytracker.setup.first_pose import FirstPose, first_pose
+from pytracker.skeleton import Skeleton
+
+__all__ = ["check_body"]
+
+INITIAL = "initial.toml"
+AT_FIRST = 5
+"""A joint that a detector missed in the first frame is where it is seen in the next ones."""
+
+
+def check_body(draft: Draft) -> list[Finding]:
+    """Line by line; what is not there stops only what needs it."""
+    found: list[Finding] = []
+    skeleton, view = _skeleton(draft, found), _view(draft, found)
+    if draft.get("initial.angles") is not None or draft.get("initial.frame") is not None:
+        found.append(Finding("first pose", "right", "is given; how it stands on the person is said below"))
+    elif str(draft.get("truth.file") or "").endswith(".amc"):
+        found.append(Finding("first pose", "right", "is the truth's own"))
+    elif skeleton is None or view is None or view.keypoints is None:
+        words = "not given: [initial] angles, or keypoints (camera.keypoints), camera and skeleton to find it from"
+        found.append(Finding("first pose", "missing", words))
+    else:
+        found.append(_first_pose(draft, skeleton, view))
+    return found
+
+
+def _skeleton(draft: Draft, found: list[Finding]) -> Skeleton | None:
+    given = draft.table("skeleton")
+    if not given:
+        found.append(Finding("skeleton", "missing", "neither skeleton.file nor skeleton.height_m is given"))
+        return None
+    try:
+        skeleton, _ = skeleton_of(draft.folder, draft.path, SkeletonEntry.model_validate(given))
+    except (InputError, OSError) as error:
+        found.append(Finding("skeleton", "wrong", str(error)))
+        return None
+    return skeleton
+
+
+def _view(draft: Draft, found: list[Finding]) -> BodyView | None:
+    given: dict[str, Any] = draft.table("camera")
+    if not {"points", "affine", "matrix"} & set(given):
+        words = "none of points, affine or matrix is given: pytracker calibrate says how to find them"
+        found.append(Finding("camera", "missing", words))
+        return None
+    lacks = [key for key in ("rotation", "translation_m") if "matrix" in given and key not in given]
+    if lacks:
+        words = f"{' and '.join(lacks)} not given: pytracker calibrate pose finds them from points with known places"
+        found.append(Finding("camera", "missing", words))
+        return None
+    try:
+        return view_of(draft.folder, draft.path, BodyCameraEntry.model_validate(given))
+    except (InputError, OSError) as error:
+        found.append(Finding("camera or keypoints", "wrong", str(error)))
+        return None
+
+
+def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView) -> Finding:
+    assert view.keypoints is not None
+    if view.keypoints.frames[0] != 0:
+        words = f"the keypoints begin at frame {view.keypoints.frames[0]}, expected the video's first to find it from"
+        return Finding("first pose", "missing", words)
+    try:
+        pose = first_pose(skeleton, view.camera, _first_points(view.keypoints.points[:AT_FIRST, 0]))
+    except InputError as error:
+        return Finding("first pose", "missing", str(error))
+    name, sds = pose.worst
+    words = (
+        f"joints lie {pose.rms_px:.1f} px from the frame's keypoints (RMS), the {name.replace('_', ' ')} farthest: "
+        f"{sds:.1f} standard deviations; depth is as people usually stand"
+    )
+    if not pose.fits:
+        return Finding("first pose", "cannot be told", f"{words}: check camera, skeleton and keypoints")
+    if (draft.folder / INITIAL).exists():
+        return Finding("first pose", "doubtful", f"{words}; {INITIAL} is there already and is not replaced")
+    return Finding("first pose", "missing", words, {"initial.angles": INITIAL}, {INITIAL: _lines(pose)})
+
+
+def _first_points(points: Array) -> Array:
+    """Of each joint the first that was seen, of `(F, 9, 3)`."""
+    seen = np.isfinite(points[..., :2]).all(axis=2)
+    return np.asarray(points[np.argmax(seen, axis=0), np.arange(points.shape[1])])
+
+
+def _lines(pose: FirstPose) -> str:
+    head = "# Found from the keypoints of the first frame: bone_dof = degrees, root_t* in metres.\n"
+    return head + "".join(f"{name} = {value}\n" for name, value in pose.angles.items())

@@ -1,0 +1,144 @@
+"""A body's first pose from the 2-D keypoints of its first frame.
+
+Where the joints of a pose are seen against where a detector has them, and a prior of how people stand: facing the
+camera, upright, arms anywhere. Depth is what the keypoints hardly tell: of the poses that fit as well the one nearest
+the prior is taken, from several starts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker._core import KEYPOINTS, InputError
+from pytracker.recording import Camera, WeakPerspective
+from pytracker.rotation import Array
+from pytracker.skeleton import Skeleton
+
+__all__ = ["FirstPose", "first_pose"]
+
+ARM = ("humerus_rx", "humerus_ry", "humerus_rz", "radius_rx")
+CHANNELS = (
+    "root_tx", "root_ty", "root_tz", "root_rx", "root_ry", "root_rz", *(f"{side}{dof}" for side in "lr" for dof in ARM),
+)  # fmt: skip
+SDS = np.array([1.0, 1.0, 0.5, *np.radians([8.0, 30.0, 8.0]), *np.tile(np.radians([50.0, 50.0, 40.0, 45.0]), 2)])
+"""How far from the prior people are, m and rad."""
+STARTS_DEG = {
+    "hanging": (0.0, -70.0, 0.0, 15.0),
+    "bent": (20.0, -65.0, 0.0, 80.0),
+    "forward": (60.0, -45.0, -60.0, 60.0),
+    "raised": (0.0, 40.0, 0.0, 60.0),
+    "sideways": (0.0, -10.0, 0.0, 10.0),
+}
+"""The left arm's humerus and radius; the right one's is its mirror."""
+HIPS_M = 0.93
+"""Where the root is looked for first, above the floor."""
+PIXEL_SD = 0.01
+"""Of a keypoint, as a share of the person's height in the picture."""
+TURNS = 25
+STEP = 1e-5
+LEAST_SEEN = 6
+FITS = 4.0
+"""The worst keypoint of a pose that fits lies beside it by no more standard deviations."""
+
+
+@dataclass(frozen=True, eq=False)
+class FirstPose:
+    """A pose that fits.
+
+    Attributes:
+        angles: channels that are not zero, by name: degrees, `root_t*` in metres.
+        rms_px: how far its joints lie from the keypoints.
+        worst: the keypoint that lies farthest, and by how many standard deviations.
+    """
+
+    angles: dict[str, float]
+    rms_px: float
+    worst: tuple[str, float]
+
+    @property
+    def fits(self) -> bool:
+        """Whether every keypoint is explained."""
+        return self.worst[1] <= FITS
+
+
+def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array) -> FirstPose:
+    """From keypoints of one person `(9, 3)`: u, v, confidence. Raises `InputError` where too few are seen."""
+    names = list(KEYPOINTS)
+    wanted = [k for k, name in enumerate(names) if name.endswith(("shoulder", "elbow", "wrist", "hip"))]
+    seen = [k for k in wanted if np.isfinite(points[k, :2]).all()]
+    if len(seen) < LEAST_SEEN:
+        raise InputError(
+            f"{len(seen)} of shoulders, elbows, wrists and hips are among the keypoints of the first frame, expected "
+            f"{LEAST_SEEN} at least"
+        )
+    columns = skeleton.columns(CHANNELS)
+    pixels = points[seen, :2]
+    sd = PIXEL_SD * max(40.0, 2.5 * float(np.ptp(pixels[:, 1])))
+
+    def joints(values: Array) -> Array:
+        poses = np.zeros((len(values), len(skeleton.channels)))
+        poses[:, columns] = values
+        starts, ends, _ = skeleton.core.pose(poses)
+        of = {"shoulder": (starts, "humerus"), "elbow": (ends, "humerus"), "wrist": (ends, "wrist")}
+        places = []
+        for k in seen:
+            side, joint = names[k].split("_")
+            if joint == "hip":
+                places.append(starts[:, skeleton.bone(f"{side[0]}femur")])
+            else:
+                which, bone = of[joint]
+                places.append(which[:, skeleton.bone(f"{side[0]}{bone}")])
+        return np.stack(places, axis=1)
+
+    def residuals(values: Array, prior: Array) -> Array:
+        """`(K, R)` of `(K, D)`: keypoints, then the prior, in standard deviations."""
+        places = joints(values)
+        found = camera.project(places.reshape(-1, 3)).reshape(len(values), -1, 2)
+        beside = ((found - pixels) / sd).reshape(len(values), -1)
+        return np.concatenate([np.nan_to_num(beside, nan=1e3), (values - prior) / SDS], axis=1)
+
+    fits = [_fitted(residuals, start) for start in _starts()]
+    best, _ = min(fits, key=lambda fit: fit[1])
+    beside = np.linalg.norm(camera.project(joints(best[None])[0]) - pixels, axis=1)
+    worst = int(np.argmax(beside))
+    angles = {
+        name: round(float(value if name.startswith("root_t") else np.degrees(value)), 4)
+        for name, value in zip(CHANNELS, best, strict=True)
+    }
+    rms = float(np.sqrt(np.mean(beside**2)))
+    return FirstPose(angles, rms, (names[seen[worst]], float(beside[worst] / sd)))
+
+
+def _starts() -> list[Array]:
+    """The prior's middle with arms in several ways, on either side."""
+    starts = []
+    for left in STARTS_DEG.values():
+        for right in STARTS_DEG.values():
+            mirrored = (right[0], -right[1], -right[2], right[3])
+            starts.append(np.array([0.0, HIPS_M, 0.0, 0.0, 0.0, 0.0, *np.radians([*left, *mirrored])]))
+    return starts
+
+
+def _fitted(residuals: Callable[[Array, Array], Array], prior: Array) -> tuple[Array, float]:
+    """Levenberg-Marquardt from the prior's middle; the pose and half its squared residuals."""
+    at, damping = prior.copy(), 1e-2
+    now = residuals(at[None], prior)[0]
+    for _ in range(TURNS):
+        moved = residuals(at + STEP * np.eye(len(at)), prior)
+        slope = (moved - now).T / STEP
+        square, down = slope.T @ slope, slope.T @ now
+        step = np.linalg.solve(square + damping * np.diag(np.diag(square)), -down)
+        tried = residuals((at + step)[None], prior)[0]
+        if tried @ tried < now @ now:
+            is_done = now @ now - tried @ tried < 1e-6 * (now @ now)
+            at, now, damping = at + step, tried, damping / 5
+            if is_done:
+                break
+        else:
+            damping *= 5
+            if damping > 1e6:
+                break
+    return at, float(now @ now)
