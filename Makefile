@@ -7,7 +7,13 @@ export CARGO_INCREMENTAL ?= 0
 FUZZ ?= 1000000
 
 .DEFAULT_GOAL := help
-.PHONY: help demo reproduce test acceptance fuzz faults lint format bench bench-peers doc clean
+FUZZ_S ?= 300
+HOST = $(shell rustc -vV | sed -n 's/^host: //p')
+# Which edges were taken, and what was compared with what: what guides libFuzzer.
+SANCOV = -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
+	-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares
+
+.PHONY: help demo reproduce test acceptance fuzz fuzz-core faults lint format bench bench-peers doc clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -34,6 +40,11 @@ acceptance: $(VENV)/.installed ## The same, failing where the shared data is abs
 
 fuzz: $(VENV)/.installed ## Mutated files and absurd calls by the million (FUZZ=1000000): only our own errors
 	$(BIN)/python tests/fuzz.py $(FUZZ)
+
+fuzz-core: ## The core's arm tracker, guided by coverage (libFuzzer), for FUZZ_S seconds
+	mkdir -p target/fuzz-corpus
+	cd tests/fuzz && RUSTFLAGS="$(SANCOV) --cfg fuzzing" cargo build --release --locked --target-dir ../../target/fuzz --target $(HOST)
+	target/fuzz/$(HOST)/release/tracker target/fuzz-corpus -max_total_time=$(FUZZ_S) -max_len=2048 -timeout=5 -rss_limit_mb=1024
 
 faults: $(VENV)/.installed ## One thing wrong at a time: what is told, what is harmless, what is silent, into docs/faults.md
 	$(BIN)/python tests/faults.py docs/faults.md

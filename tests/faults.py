@@ -1,6 +1,6 @@
 """What happens when one thing of a recording is wrong: told before, told after, harmless, or silent. `make faults`.
 
-Thirty kinds of fault in IMU, video, camera, patch, arm and truth, at three strengths each, one at a time, on three
+Sixty kinds of fault in IMU, video, camera, patch, arm and truth, at three strengths each, one at a time, on three
 arms: a simulated circle, simulated gestures as bad as life, and a recording by another renderer where the shared data
 are. Then right recordings, of which nothing may be said. Writes the table as Markdown.
 """
@@ -171,6 +171,144 @@ def truth_cell(metres: float) -> Change:
     return apply
 
 
+def columns_swapped(of: slice, x: float) -> Change:
+    """Axes x and y, y and z, or z and x of a sensor exchanged."""
+    a = int(x)
+    order = [0, 1, 2]
+    order[a], order[(a + 1) % 3] = order[(a + 1) % 3], order[a]
+    return on(of, lambda values, _: values[:, order])
+
+
+def clipped(at: float) -> Change:
+    return on(ACC, lambda a, _: np.clip(a, -at, at))
+
+
+def thinned(share: float) -> Change:
+    """So many samples are lost, anywhere."""
+    return table(lambda rows, rng: rows[np.sort(rng.permutation(len(rows))[: int(len(rows) * (1 - share))])])
+
+
+def stretched(ppm: float) -> Change:
+    def apply(rows: Array, _: np.random.Generator) -> Array:
+        rows[:, 0] = rows[0, 0] + (rows[:, 0] - rows[0, 0]) * (1 + 1e-6 * ppm)
+        return rows
+
+    return table(apply)
+
+
+def jittered(seconds: float) -> Change:
+    def apply(rows: Array, rng: np.random.Generator) -> Array:
+        rows[:, 0] = np.sort(rows[:, 0] + rng.uniform(-seconds, seconds, len(rows)))
+        return rows
+
+    return table(apply)
+
+
+def drifting(degrees_per_minute: float) -> Change:
+    def apply(rows: Array, _: np.random.Generator) -> Array:
+        turn = np.radians(degrees_per_minute) / 60 * (rows[:, 0] - rows[0, 0])
+        by = rotation_vector_to_quaternion(turn[:, None] * np.array([0.0, 0.0, 1.0]))
+        rows[:, QUATERNION] = multiply(by, rows[:, QUATERNION])
+        return rows
+
+    return table(apply)
+
+
+def orientation_late(seconds: float) -> Change:
+    def apply(rows: Array, _: np.random.Generator) -> Array:
+        q = np.stack([np.interp(rows[:, 0] - seconds, rows[:, 0], column) for column in rows[:, QUATERNION].T], axis=1)
+        rows[:, QUATERNION] = q / np.linalg.norm(q, axis=1, keepdims=True)
+        return rows
+
+    return table(apply)
+
+
+def truth_moved(metres: float) -> Change:
+    """The truth's frame lies beside the world's."""
+
+    def apply(folder: Path) -> None:
+        path = folder / "qualisys.tsv"
+        lines = path.read_text().splitlines()
+        first = next(k for k, line in enumerate(lines) if line[:1].isdigit() or line[:1] == "-")
+        moved = []
+        for line in lines[first:]:
+            cells = line.split("\t")
+            start = len(cells) - 9
+            for k in range(start, len(cells), 3):
+                cells[k] = f"{float(cells[k]) + 1000 * metres:.3f}"
+            moved.append("\t".join(cells))
+        path.write_text("\n".join([*lines[:first], *moved]) + "\n")
+
+    return apply
+
+
+def shifted(axis: int, metres: float) -> Change:
+    """The camera, beside or above its place."""
+    return entry("translation_m", lambda t: t + metres * np.eye(3)[axis])
+
+
+def arms(upper: float, fore: float) -> Change:
+    def apply(folder: Path) -> None:
+        entry("upper_arm_m", lambda v: v * upper)(folder)
+        entry("forearm_m", lambda v: v * fore)(folder)
+
+    return apply
+
+
+def more_faults() -> Iterator[tuple[str, str, Callable[[float], Change], tuple[float, ...]]]:
+    """As many again: other axes, clocks, lost and clipped samples, several at once."""
+    yield "IMU", "accelerometer axes exchanged", lambda x: columns_swapped(ACC, x), (0, 1, 2)
+    yield "IMU", "gyroscope axes exchanged", lambda x: columns_swapped(GYR, x), (0, 1, 2)
+    yield "IMU", "gyroscope axis flipped", lambda x: on(GYR, lambda g, _: g * (1 - 2 * np.eye(3)[int(x)])), (0, 1, 2)
+    yield "IMU", "accelerometer clipped at, m/s²", clipped, (8, 12, 20)
+    yield (
+        "IMU",
+        "accelerometer biased along z, m/s²",
+        lambda x: on(ACC, lambda a, _: a + np.array([0, 0, x])),
+        (0.3, 1, 3),
+    )
+    yield (
+        "IMU",
+        "accelerometer along y scaled by",
+        lambda x: on(ACC, lambda a, _: a * np.array([1, x, 1])),
+        (0.9, 1.1, 1.5),
+    )
+    yield "IMU", "accelerometer in steps of, m/s²", lambda x: on(ACC, lambda a, _: np.round(a / x) * x), (0.05, 0.3, 2)
+    yield "IMU", "gravity taken off, share", lambda x: on(ACC, lambda a, _: a * (1 - x)), (0.2, 0.5, 0.9)
+    yield "IMU", "in units of g, times", lambda x: on(ACC, lambda a, _: a / 9.81 * x), (1, 1.02, 0.98)
+    yield "IMU", "gyroscope biased, rad/s", lambda x: on(GYR, lambda g, _: g + x), (0.02, 0.2, 1)
+    yield "IMU", "gyroscope silent, times", lambda x: on(GYR, lambda g, _: g * x), (0, 0.01, 0.1)
+    yield "IMU", "samples lost, share", thinned, (0.05, 0.3, 0.7)
+    yield "IMU", "clock too fast, ppm", stretched, (100, 1000, 10000)
+    yield "IMU", "time stamps jitter, s", jittered, (0.002, 0.01, 0.05)
+    yield "IMU", "heading drifts, ° a minute", drifting, (2, 15, 60)
+    yield "IMU", "orientation late, s", orientation_late, (0.03, 0.1, 0.3)
+    yield "IMU", "orientation tilted about y, °", lambda x: turned(x, 1), (3, 10, 20)
+    yield "IMU", "heading, ° the other way", lambda x: turned(-x, 2), (7, 20, 90)
+    yield "IMU", "mount turned about z, °", lambda x: turned(x, 2, sensor=True), (5, 15, 90)
+    yield "IMU", "quaternion rolled by", lambda x: on(QUATERNION, lambda q, _: np.roll(q, int(x), axis=1)), (1, 2, 3)
+    yield (
+        "IMU",
+        "quaternion conjugated, axis",
+        lambda x: on(QUATERNION, lambda q, _: q * (1 - 2 * np.eye(4)[int(x)])),
+        (1, 2, 3),
+    )
+    yield "IMU", "early, s", lambda x: imu_key(f"offset_s = {-x}"), (0.05, 0.3, 1.0)
+    yield "camera", "aside, m", lambda x: shifted(0, x), (0.02, 0.05, 0.2)
+    yield "camera", "above, m", lambda x: shifted(1, x), (0.02, 0.05, 0.2)
+    yield "camera", "nearer, m", lambda x: shifted(2, -x), (0.05, 0.2, 0.5)
+    yield "camera", "half a turn and, °", lambda x: camera_turned(180 + x, 2), (0, 2, 5)
+    yield "arm", "both lengths times", lambda x: arms(x, x), (0.95, 1.1, 1.2)
+    yield "arm", "upper arm shorter, forearm longer, by", lambda x: arms(1 - x, 1 + x), (0.05, 0.1, 0.2)
+    yield (
+        "arm",
+        "shoulder along z, m",
+        lambda x: entry("shoulder_m", lambda v: v + np.array([0, 0, x])),
+        (0.05, 0.1, 0.25),
+    )
+    yield "truth", "beside the world, m", truth_moved, (0.02, 0.1, 0.5)
+
+
 def faults() -> Iterator[Fault]:
     """All of them."""
 
@@ -248,6 +386,8 @@ def faults() -> Iterator[Fault]:
         (0.03, 0.08, 0.2),
     )
     yield from each("truth", "one cell, m", truth_cell, (3, 30, 1000))
+    for where, kind, make, values in more_faults():
+        yield from each(where, kind, make, values)
 
 
 def judged(folder: Path, sightings: pt.Sightings | None) -> tuple[str, float, float, str]:
