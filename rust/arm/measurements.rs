@@ -28,6 +28,9 @@ const BENT: f64 = 0.2;
 /// A sighting farther off than this (squared, in standard deviations) is trusted less, as a Student's t would.
 const ROBUST: f64 = 9.0;
 
+/// A column of the state, and what moves by it.
+type ByColumn = (usize, Vector3<f64>);
+
 impl<'a> Seen<'a> {
     /// Of a frame.
     pub fn new(layout: Layout, arm: &'a Arm, noise: &'a Noise, frame: &'a Frame<'a>) -> Self {
@@ -68,7 +71,7 @@ impl<'a> Seen<'a> {
 
     /// Wrist to elbow in the world by the orientation as measured: as long as it is, and beside the sensor's axis as it lies;
     /// and its slope by columns.
-    fn forearm(&self, state: &DVector<f64>) -> (Vector3<f64>, Option<[(usize, Vector3<f64>); 3]>) {
+    fn forearm(&self, state: &DVector<f64>) -> (Vector3<f64>, Option<[ByColumn; 3]>) {
         let Some(first) = self.layout.setup else { return (self.forearm, None) };
         let length = self.arm.forearm_m + state[first + 1];
         let [x, y, z]: [Vector3<f64>; 3] = std::array::from_fn(|d| self.world_sensor.column(d).into());
@@ -234,7 +237,7 @@ mod tests {
             cameras: 2,
         };
         let (shoulder, clock, setup) = (some(0.02), some(0.05), Some(setup));
-        Noise { bias, tilt, offset, shoulder, clock, setup, ..Noise::default() }
+        Noise { bias, offset, tilt, shoulder, clock, setup, ..Noise::default() }
     }
 
     fn arm() -> Arm {

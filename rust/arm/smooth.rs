@@ -148,10 +148,8 @@ impl<'a> Recorded<'a> {
         let steps = self.retimed(delay_s, &noise)?;
         let branch = ArmBranch { arm: self.arm, noise: &noise, views: self.views, filter: self.filter, steps: &steps };
         let Smoothed { states, log_evidence, .. } = branch.smoothed()?;
-        let estimate = |(step, state)| Estimate {
-            log_evidence: Some(log_evidence[step]),
-            ..branch.estimate(step, state)
-        };
+        let estimate =
+            |(step, state)| Estimate { log_evidence: Some(log_evidence[step]), ..branch.estimate(step, state) };
         let estimates = states.iter().enumerate().map(estimate).collect();
         let in_sd =
             self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
