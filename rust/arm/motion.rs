@@ -30,6 +30,9 @@ pub struct Motion {
     pub elapsed_s: f64,
 }
 
+/// The powers of less time than this are no numbers, s: it is none.
+const LEAST_S: f64 = 1e-100;
+
 impl Motion {
     /// No time, no motion.
     pub fn none() -> Self {
@@ -40,6 +43,9 @@ impl Motion {
     ///
     /// `density` is the process noise (see [`Noise::accel_density`]), `bias` how the acceleration bias walks.
     pub fn append(&mut self, dt: f64, acceleration: Vector3<f64>, density: f64, bias: Option<GaussMarkov>) {
+        if dt < LEAST_S {
+            return;
+        }
         let (kept, gained) = bias.map_or((1.0, 0.0), |bias| bias.step(dt));
         let step = Matrix3::new(1.0, dt, -0.5 * dt * dt, 0.0, 1.0, -dt, 0.0, 0.0, kept);
         let gain = Vector3::new(0.5 * dt * dt, dt, 0.0);

@@ -123,3 +123,16 @@ fn a_stale_orientation_weighs_less() {
     let moved = slow.update(1.1, &[None]).unwrap().mean[3];
     assert!((moved - 1.0).abs() < 1e-9, "{moved}");
 }
+
+/// Found by the fuzzer: times whose powers underflow gave a noise that is no number, and a tracker that was none without a word.
+#[test]
+fn next_to_no_time_is_no_time() {
+    for dt in [0.0, 1e-308, 1e-154, 1e-101] {
+        let mut motion = Motion::none();
+        motion.append(dt, Vector3::new(1.0, 2.0, 3.0), 0.1, with_bias().bias);
+        assert_eq!(motion, Motion::none());
+    }
+    let mut motion = Motion::none();
+    motion.append(1e-90, Vector3::zeros(), 0.1, None);
+    assert!(InertialMotion::new(motion, Layout::new(&noise()), &noise()).matrices().2.iter().all(|x| x.is_finite()));
+}
