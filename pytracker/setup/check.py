@@ -17,6 +17,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_log import ImuLog
 from pytracker.found import Found, found_by
+from pytracker.joint_track import Track
 from pytracker.load import load
 from pytracker.output import write_whole
 from pytracker.recording import Arm, ArmRecording, Imu, View
@@ -28,7 +29,7 @@ from pytracker.setup.check_camera import camera_of, check_patch, check_pose, che
 from pytracker.setup.check_imu import check_imu
 from pytracker.setup.check_worn import check_clock, check_worn, given_axis
 from pytracker.setup.draft import Draft
-from pytracker.setup.findings import Finding
+from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.lag import GRID_S, banded, find_lags
 from pytracker.setup.worn import Worn
 from pytracker.toml_file import faults_of, read_toml
@@ -51,12 +52,14 @@ class Checkup:
         laid_over: picture's and IMU's way on one clock, to be looked at: time, s `(G,)`, and both `(G,)`; None where
             nothing could be compared.
         patch_box: the patch in the first frame, where there is one.
+        track: of the whole recording, where it could be tracked.
     """
 
     folder: Path
     findings: tuple[Finding, ...]
     laid_over: tuple[Array, Array, Array] | None = None
     patch_box: tuple[int, ...] | None = None
+    track: Track | None = None
 
     @property
     def is_ready(self) -> bool:
@@ -82,12 +85,14 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
         for place, value in changes.items():
             draft.set(place, value)
         draft.save()
+    tracked = None
     if write or not changes:
-        found += _whole(draft.folder)
+        tracked, said = _whole(draft.folder)
+        found += said
     else:
         words = "is tracked and looked at once what is found above is written (--write)"
         found.append(Finding("the whole recording", "cannot be told", words))
-    return Checkup(draft.folder, tuple(found), laid_over, box)
+    return Checkup(draft.folder, tuple(found), laid_over, box, tracked)
 
 
 def _arm(draft: Draft) -> tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]:
@@ -173,24 +178,25 @@ def _body(draft: Draft) -> list[Finding]:
     return [check_video(draft), *check_body(draft)]
 
 
-def _whole(folder: Path) -> list[Finding]:
+def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:
     """The recording, loaded and tracked by the default method."""
     try:
         recording = load(folder)
     except (InputError, OSError) as error:
-        return [Finding("the whole recording", "missing" if " is missing" in str(error) else "wrong", str(error))]
+        verdict: Verdict = "missing" if " is missing" in str(error) else "wrong"
+        return None, [Finding("the whole recording", verdict, str(error))]
     found = [Finding("as it is loaded", "doubtful", words) for words in recording.warnings]
     try:
         result = track(recording, METHODS_OF[recording.kind][DEFAULTS[recording.kind]]())
     except (InputError, TrackingError) as error:
-        return [*found, Finding("the whole recording", "wrong", str(error))]
+        return None, [*found, Finding("the whole recording", "wrong", str(error))]
     found += _constants(found_by(result))
     said = (*unbelieved(result), *doubts(result))
     found += [Finding("the track", "doubtful", words) for words in said]
     if not said:
         share = float(result.valid.mean())
         found.append(Finding("the track", "right", f"{share:.0%} of {len(result.valid)} frames are valid"))
-    return found
+    return result, found
 
 
 def _constants(found: Sequence[Found]) -> list[Finding]:
