@@ -135,7 +135,7 @@ def _body() -> list[str]:
         "# height_m = 1.70  # missing: the person's height; or file, an Acclaim skeleton",
         "",
         "[initial]",
-        '# angles = "initial.toml"  # missing: the first frame's pose; check --write finds it from keypoints',
+        '# angles = "initial.toml"  # missing: the first pose; pytracker check --write finds it from keypoints',
         "",
     ]
 
