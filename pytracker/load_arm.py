@@ -30,7 +30,7 @@ STRAY = 4.0
 """Times the arm's reach: no marker of it goes so far from where it usually is."""
 MOST_STRAYS = 0.05
 """More such rows are no strays: the lengths then tell what is wrong."""
-SHOULDER_M = 0.10
+SHOULDER_M = 0.07
 ELBOW_SWINGS_M = 0.06
 """A shoulder that is taken to be still moves by a few centimetres."""
 
