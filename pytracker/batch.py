@@ -82,7 +82,10 @@ def track_all(
                 if done is not None:
                     done(outcomes[-1])
         except BaseException:
+            # Whoever stops it does not wait for the recordings in flight.
             pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.terminate()
             raise
     write_whole(out / "index.csv", _table(outcomes))
     write_whole(out / "index.html", filled("batch.html", title="Recordings", outcomes=outcomes))

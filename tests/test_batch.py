@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import csv
+import os
 import shutil
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 import pytracker as pt
@@ -40,3 +46,34 @@ def test_one_that_fails_stops_no_other(tmp_path: Path) -> None:
     again = CliRunner().invoke(app, ["track", *files, "--out", str(out), "--no-report", "--quiet"])
     assert again.exit_code == 1
     assert "already exists" in (out / "index.csv").read_text()
+
+
+def is_running(pid: str) -> bool:
+    """Not there, or a zombie that nobody has waited for, is not."""
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rsplit(")", 1)[1].split()[0] != "Z"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_whoever_stops_it_does_not_wait_for_the_recordings_in_flight(number: signal.Signals, tmp_path: Path) -> None:
+    folders = [str(pt.simulate_arm(tmp_path / f"trial{k}", pt.ArmScene(duration_s=20.0), k)) for k in (1, 2)]
+    command = [sys.executable, "-m", "pytracker", "track", *folders, "--out", str(tmp_path / "out"), "--jobs", "2"]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stderr=pipe, stdout=pipe, start_new_session=True) as run:  # noqa: S603 - our own
+        children = Path(f"/proc/{run.pid}/task/{run.pid}/children")
+        ours: list[str] = []
+        for _ in range(200):
+            time.sleep(0.05)
+            ours = children.read_text().split() if children.exists() else []
+            if len(ours) >= 2:
+                break
+        time.sleep(2.0)
+        began = time.monotonic()
+        os.kill(run.pid, number)
+        run.communicate(timeout=20)
+        assert time.monotonic() - began < 4.0
+        assert run.returncode == 128 + number
+    time.sleep(0.5)
+    assert not [pid for pid in ours if is_running(pid)]
+    assert not (tmp_path / "out" / "trial1").exists()
