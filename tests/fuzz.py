@@ -33,6 +33,7 @@ from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.projection import fit_weak_perspective
 from pytracker.report.tables import read_track
 from pytracker.schema import read_recording_file
+from pytracker.setup.conventions import find_conventions
 
 OURS = (pt.InputError, pt.TrackingError)
 LONGEST_S = 5.0
@@ -101,6 +102,13 @@ grid = { particles = [5, 10] }
 """
 
 
+PHYPHOX = (
+    '"Time (s)";"Acceleration x (m/s^2)";"Acceleration y (m/s^2)";"Acceleration z (m/s^2)";"Gyroscope x (rad/s)";'
+    '"Gyroscope y (rad/s)";"Gyroscope z (rad/s)"\n'
+    + "".join(f"{k / 100:.2f};0,1;-0,2;9,{80 + k % 3};0,1;0,0;-0,{k % 9}\n".replace(".", ",") for k in range(40))
+)
+
+
 def mutated(data: bytes, rng: np.random.Generator) -> bytes:
     """A few changes of a file: bytes, words, lines, its end."""
     out = bytearray(data)
@@ -161,6 +169,9 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
             imu_log,
         ),
         ("MT_1.txt", xsens, imu_log),
+        ("phyphox.csv", PHYPHOX.encode(), imu_log),
+        ("any-imu.csv", imu, lambda path: find_conventions(read_imu(path))),
+        ("mapped.csv", imu, lambda path: read_imu(path, columns={"mag_x": "acc_x", "q_w": "q_z"})),
         ("MT9_cal_1.log", mt9, lambda path: check(read_imu(path))),
         ("truth.tsv", b"\n".join((arm / "qualisys.tsv").read_bytes().split(b"\n")[:30]), read_qualisys),
         ("truth.csv", truth, read_truth_csv),
@@ -202,7 +213,14 @@ def call_of_core(rng: np.random.Generator, saved: list[bytes], body: pt.BodyTrac
     elif kind == 2:
         pt.BodyTracker.restore(mutated(saved[1], rng))
     elif kind == 3:
-        method = [pt.Layered(particles=20), pt.Joint(particles=20), pt.Ekf(bias=True), pt.Mixture(), pt.Inertial()]
+        method = [
+            pt.Layered(particles=20),
+            pt.Joint(particles=20),
+            pt.Ekf(bias=True),
+            pt.Mixture(),
+            pt.Inertial(),
+            pt.Smooth(),
+        ]
         arm = pt.Arm(shoulder_m=tuple(numbers(3)), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=tuple(numbers(3)))
         camera = pt.Camera(matrix=((700.0, 0.0, 320.0), (0.0, 700.0, 240.0), (0.0, 0.0, 1.0)), translation_m=(0, 0, 2))
         tracker = pt.ArmTracker(arm, camera, method[int(rng.integers(len(method)))], 1)
@@ -212,6 +230,7 @@ def call_of_core(rng: np.random.Generator, saved: list[bytes], body: pt.BodyTrac
             assert np.isfinite(estimate.wrist).all()
             assert np.isfinite(estimate.elbow).all()
             assert np.isfinite(tracker.estimate(0.01 * k + abs(number(rng))).wrist).all()
+        assert np.isfinite(tracker.smoothed(0)["wrist"]).all()
     elif kind == 4:
         edges = rng.integers(0, 2, (int(rng.integers(1, 9)), int(rng.integers(1, 9)))).astype(np.uint8)
         region = np.abs(numbers(*edges.shape)).astype(np.float32), numbers(int(rng.integers(0, 4)), 2)
