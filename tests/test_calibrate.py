@@ -85,6 +85,14 @@ def test_the_board_is_written_in_true_size_and_found_again(tmp_path: Path) -> No
     corners = find_corners(board, np.asarray(page, dtype=np.uint8))
     assert corners is not None
     assert len(corners[0]) == 24
+    # White on black, with other markers, as others print theirs.
+    other = Board("charuco", (4, 5), 0.054, "4X4_1000", is_inverted=True)
+    paper = cv2.copyMakeBorder(other.drawn(), 40, 40, 40, 40, cv2.BORDER_CONSTANT, value=255)
+    corners = find_corners(other, np.asarray(255 - paper, dtype=np.uint8))
+    assert corners is not None
+    assert len(corners[0]) == 12
+    with pytest.raises(pt.InputError, match="did you mean '4X4_1000'"):
+        Board("charuco", (4, 5), 0.054, "4x4_1000")
 
 
 @pytest.mark.parametrize("flat", [True, False])

@@ -25,15 +25,20 @@ commands.add_typer(calibrate, name="calibrate")
 
 Kind = Annotated[BoardKind, typer.Option("--board", help="charuco (may be seen in part) or chess (only whole).")]
 Squares = Annotated[str, typer.Option(help="Columns x rows of squares.", metavar="7x5")]
+Dictionary = Annotated[str, typer.Option(help="Of a ChArUco board's markers, as OpenCV names them.")]
+Inverted = Annotated[bool, typer.Option("--inverted", help="A board that is white on black.")]
 SquareMm = Annotated[float, typer.Option("--square-mm", help="Side of a square as measured, mm.")]
 FEW_PX = 3.0
 
 
-def _board(kind: BoardKind, squares: str, square_mm: float) -> Board:
+def _board(
+    kind: BoardKind, squares: str, square_mm: float, dictionary: str = "5X5_250", *, inverted: bool = False
+) -> Board:
     parts = squares.lower().split("x")
     if len(parts) != 2 or not all(part.isdigit() and len(part) < 4 for part in parts):
         raise pt.InputError(f"--squares is {squares!r}, expected columns and rows such as 7x5")
-    return Board(kind, (int(parts[0]), int(parts[1])), square_mm / 1000)
+    size = int(parts[0]), int(parts[1])
+    return Board(kind, size, square_mm / 1000, dictionary.upper().removeprefix("DICT_"), inverted)
 
 
 @commands.command()
@@ -58,6 +63,8 @@ def camera(
     kind: Kind = "charuco",
     squares: Squares = "7x5",
     square_mm: SquareMm = 35.0,
+    dictionary: Dictionary = "5X5_250",
+    inverted: Inverted = False,
     out: Annotated[Path, typer.Option(help="TOML to write, for `pytracker init --known`.")] = Path("camera.toml"),
     force: Force = False,
     quiet: Quiet = False,
@@ -65,7 +72,8 @@ def camera(
     """Intrinsics from a video of a board: matrix, distortion, and how well they are known."""
     check_new(out, ".toml", force=force)
     with frames_bar(quiet) as progress:
-        found = calibrate_camera(video, _board(kind, squares, square_mm), progress)
+        board = _board(kind, squares, square_mm, dictionary, inverted=inverted)
+        found = calibrate_camera(video, board, progress)
     write_whole(out, "\n".join(_lines(found)) + "\n", force=force)
     focal, centre = found.matrix[0, 0], found.matrix[:2, 2]
     say(

@@ -25,12 +25,16 @@ def init(
     keypoints: Annotated[Path | None, typer.Option(help="2-D keypoints of the video (body).")] = None,
     truth: Annotated[Path | None, typer.Option(help="Measured joints, where there are any.")] = None,
     known: Annotated[
-        Path | None, typer.Option(help="TOML file with keys of [[camera]] and [arm] that are known already.")
+        Path | None,
+        typer.Option(help="What is known: keys of [[camera]] and [arm] as TOML, or another's calibration."),
     ] = None,
+    camera: Annotated[str | None, typer.Option(help="Which camera of a calibration of several.")] = None,
     force: Annotated[bool, typer.Option("--force", help="Replace a recording.toml that is there.")] = False,
 ) -> None:
     """Write a first recording.toml that says what was found, what was guessed and what is missing."""
-    path = begin(out, video=video, imu=imu, keypoints=keypoints, truth=truth, camera=known, force=force)
+    path = begin(
+        out, video=video, imu=imu, keypoints=keypoints, truth=truth, camera=known, camera_name=camera, force=force
+    )
     say(f"wrote {path}; next: pytracker check {out}", quiet=False)
 
 

@@ -5,6 +5,7 @@ A ChArUco board may be seen in part, a chess board only whole.
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,7 +20,8 @@ __all__ = ["Board", "BoardKind", "find_corners"]
 
 BoardKind = Literal["charuco", "chess"]
 MARKER_SHARE = 0.75
-DICTIONARY = cv2.aruco.DICT_5X5_250
+DICTIONARIES = sorted(name.removeprefix("DICT_") for name in dir(cv2.aruco) if name.startswith("DICT_"))
+"""Of markers, as OpenCV names them."""
 LEAST_CORNERS = 6
 PX_PER_SQUARE = 120
 MOST_SQUARES = 20
@@ -33,11 +35,15 @@ class Board:
         kind: `charuco` or `chess`.
         squares: columns, rows.
         square_m: side of a square, m.
+        dictionary: of a ChArUco board's markers, one of `DICTIONARIES`.
+        is_inverted: whether it is white on black.
     """
 
     kind: BoardKind
     squares: tuple[int, int]
     square_m: float
+    dictionary: str = "5X5_250"
+    is_inverted: bool = False
 
     def __post_init__(self) -> None:
         if not all(3 <= count <= MOST_SQUARES for count in self.squares) or not 0.002 <= self.square_m <= 0.5:
@@ -46,10 +52,15 @@ class Board:
                 f"3 to {MOST_SQUARES} each way, of 2 to 500 mm"
             )
 
+        if self.dictionary not in DICTIONARIES:
+            near = difflib.get_close_matches(self.dictionary, DICTIONARIES, n=1, cutoff=0.3)
+            known = f"did you mean {near[0]!r}?" if near else f"expected one of: {', '.join(DICTIONARIES)}"
+            raise InputError(f"the board's dictionary is {self.dictionary!r}, {known}")
+
     @property
     def charuco(self) -> cv2.aruco.CharucoBoard:
         """As OpenCV knows it."""
-        dictionary = cv2.aruco.getPredefinedDictionary(DICTIONARY)
+        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{self.dictionary}"))
         return cv2.aruco.CharucoBoard(self.squares, self.square_m, MARKER_SHARE * self.square_m, dictionary)
 
     def drawn(self) -> Image:
@@ -64,6 +75,7 @@ class Board:
 def find_corners(board: Board, image: Image) -> tuple[Array, Array] | None:
     """Inner corners on the board `(N, 3)`, m, and in the picture `(N, 2)`, px; None where too few are seen."""
     grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image
+    grey = cv2.bitwise_not(grey) if board.is_inverted else grey
     if board.kind == "charuco":
         corners, ids, *_ = cv2.aruco.CharucoDetector(board.charuco).detectBoard(grey)
         if ids is None or len(ids) < LEAST_CORNERS:

@@ -8,10 +8,10 @@ from pathlib import Path
 import tomlkit
 
 from pytracker._core import InputError
+from pytracker.formats.calibration import read_calibration
 from pytracker.formats.imu import read_imu
 from pytracker.formats.video import frames, probe
 from pytracker.output import write_whole
-from pytracker.toml_file import parse_toml
 
 __all__ = ["init"]
 
@@ -29,19 +29,20 @@ def init(
     keypoints: Path | str | None = None,
     truth: Path | str | None = None,
     camera: Path | str | None = None,
+    camera_name: str | None = None,
     force: bool = False,
 ) -> Path:
     """Write `folder`/recording.toml; the files stay where they are and are named from there.
 
-    An arm where there is an IMU, else a body. `camera` is a TOML file whose keys are those of `[[camera]]` or `[arm]`:
-    what is known already. Returns the file's path. Raises `InputError` for a file that cannot be read, or a
-    recording.toml that is there already, unless `force`.
+    An arm where there is an IMU, else a body. `camera` is what is known already: a TOML file whose keys are those of
+    `[[camera]]` and `[arm]`, or a calibration by others, of whose cameras `camera_name` names one. Returns the file's
+    path. Raises `InputError` for a file that cannot be read, or a recording.toml that is there already, unless `force`.
     """
     folder = Path(folder)
     path = folder / "recording.toml"
     if path.exists() and not force:
         raise InputError(f"{path}: already exists, expected none (or --force to replace it)")
-    known = {} if camera is None else parse_toml(Path(camera))
+    known = {} if camera is None else read_calibration(camera, camera_name)
     folder.mkdir(parents=True, exist_ok=True)
     kind = "arm" if imu is not None else "body"
     lines = [

@@ -1,0 +1,119 @@
+"""Cameras that others have calibrated, in our terms.
+
+| file | whose |
+|---|---|
+| TOML, a table a camera with `matrix`, `distortions`, `rotation`, `translation` | Pose2Sim, AniPose, Caliscope |
+| XML, `<camera>` with `<transform>` and `<intrinsic>` | Qualisys Track Manager |
+| TOML with `matrix` at its top | ours |
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.text import read_lines
+from pytracker.rotation import Array, rotate, rotation_vector_to_quaternion
+from pytracker.toml_file import parse_toml
+
+__all__ = ["read_calibration"]
+
+QUALISYS_PX = 64.0
+"""Qualisys counts in so many parts of a pixel, and in millimetres; its camera looks along -z, with y up."""
+OVER = np.diag([1.0, -1.0, -1.0])
+
+
+def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, Any]:
+    """The keys of `[[camera]]` that it has, and whatever else stands in a file of ours.
+
+    `camera` names one of several. Raises `InputError` for a file that is none of these, a camera that is not there, or
+    values that are no numbers.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file")
+    if path.suffix.lower() in (".toml", ".tml"):
+        data = parse_toml(path)
+        cameras = {str(name): table for name, table in _tables(data) if "matrix" in table}
+        if not cameras:
+            return data
+        return _of_toml(path, _chosen(path, cameras, camera))
+    return _of_qualisys(path, camera)
+
+
+def _tables(data: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Cameras stand at the top, or in a table of their own."""
+    inner = data.get("cameras") if isinstance(data.get("cameras"), dict) else data
+    assert isinstance(inner, dict)
+    return [(str(table.get("name", name)), table) for name, table in inner.items() if isinstance(table, dict)]
+
+
+def _chosen(path: Path, cameras: dict[str, Any], camera: str | None) -> Any:
+    if camera is None and len(cameras) == 1:
+        return next(iter(cameras.values()))
+    if camera not in cameras:
+        said = "none is named" if camera is None else f"{camera!r} is named"
+        raise InputError(f"{path}: holds the cameras {', '.join(cameras)[:300]}, and {said}, expected one of them")
+    return cameras[camera]
+
+
+def _numbers(path: Path, what: str, value: object, *shapes: tuple[int, ...]) -> Array:
+    try:
+        found = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape not in shapes or not np.isfinite(found).all():
+        expected = " or ".join(" x ".join(map(str, shape)) for shape in shapes)
+        raise InputError(f"{path}: {what} is {str(value)[:80]}, expected {expected} numbers")
+    return found
+
+
+def _of_toml(path: Path, table: dict[str, Any]) -> dict[str, Any]:
+    if table.get("fisheye"):
+        raise InputError(f"{path}: the camera is a fisheye, expected one with OpenCV's five distortions")
+    found: dict[str, Any] = {"matrix": _numbers(path, "matrix", table["matrix"], (3, 3)).tolist()}
+    if "distortions" in table:
+        given = _numbers(path, "distortions", table["distortions"], (4,), (5,))
+        found["distortion"] = [*given.tolist(), *[0.0] * (5 - len(given))]
+    if "rotation" in table and "translation" in table:
+        rotation = _numbers(path, "rotation", table["rotation"], (3,), (3, 3))
+        if rotation.ndim == 1:
+            rotation = np.stack([rotate(rotation_vector_to_quaternion(rotation), axis) for axis in np.eye(3)], axis=1)
+        found["rotation"] = rotation.tolist()
+        found["translation_m"] = _numbers(path, "translation", table["translation"], (3,)).tolist()
+    return found
+
+
+def _of_qualisys(path: Path, camera: str | None) -> dict[str, Any]:
+    try:
+        root = ElementTree.fromstring("\n".join(read_lines(path)).encode())  # noqa: S314 - a file of the user's own
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"{path}: is no calibration: neither TOML nor XML ({error})") from None
+    cameras = {str(of.get("serial", k)): of for k, of in enumerate(root.iter("camera"))}
+    if not cameras:
+        raise InputError(f"{path}: has no <camera>, expected a calibration of Qualisys")
+    chosen = _chosen(path, cameras, camera)
+    transform, intrinsic = chosen.find("transform"), chosen.find("intrinsic")
+    if transform is None or intrinsic is None:
+        raise InputError(f"{path}: the camera has no <transform> or no <intrinsic>, expected both")
+
+    def of(element: ElementTree.Element, *names: str) -> Array:
+        return _numbers(path, ", ".join(names), [element.get(name) for name in names], (len(names),))
+
+    fx, fy, cx, cy = of(intrinsic, "focalLengthU", "focalLengthV", "centerPointU", "centerPointV") / QUALISYS_PX
+    rows = [of(transform, *(f"r{r}{c}" for c in (1, 2, 3))) for r in (1, 2, 3)]
+    rotation = OVER @ np.array(rows)
+    centre = of(transform, "x", "y", "z") / 1000.0
+    k1, k2, p1, p2 = of(
+        intrinsic, "radialDistortion1", "radialDistortion2", "tangentalDistortion1", "tangentalDistortion2"
+    )
+    return {
+        "matrix": [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],
+        "distortion": [float(k1), float(k2), float(p1), float(p2), 0.0],
+        "rotation": rotation.tolist(),
+        "translation_m": (-rotation @ centre).tolist(),
+    }
