@@ -106,6 +106,8 @@ def test_any_lag_is_found_from_the_movement_alone(offset_s: float, simulated: Pa
     assert best.explained > 0.7
     never = find_lags(sightings.time_s[:50], sightings.pixels[:50, 0], imu.time_s, world)
     assert never == ()
+    unseen = np.full((500, 2), np.nan)
+    assert find_lags(np.arange(500) / 25, unseen, imu.time_s, world) == ()
 
 
 def test_the_patch_is_the_coloured_thing_that_moves(simulated: Path) -> None:

@@ -23,6 +23,8 @@ LEAST_OVERLAP_S = 4.0
 LEAST_SHARE = 0.35
 """Shorter overlaps than this share of the shorter recording are not tried."""
 MOST_EXPLAINED = 0.995
+LEAST_SEEN = 20
+"""Frames that show the patch; fewer show no movement."""
 PEAKS = 60
 APART_S = 0.15
 WORTH = 0.45
@@ -73,6 +75,8 @@ def find_lags(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) 
     `pixels` `(T, 2)` are where the patch was at `frame_s`, by the video's clock; `acceleration` `(M, 3)` is the IMU's
     in its own earth frame without gravity, by its own clock.
     """
+    if np.isfinite(pixels).all(axis=1).sum() < LEAST_SEEN:
+        return ()
     camera_start, camera = banded(frame_s, pixels)
     imu_start, imu = banded(imu_s, acceleration, integrations=2)
     edge = round(EDGE_S / GRID_S)
