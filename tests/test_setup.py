@@ -92,6 +92,11 @@ def test_a_sensor_that_does_not_turn_tells_no_quaternion(tmp_path: Path) -> None
     found = find_conventions(read_imu(written(rows, tmp_path / "imu.csv")))
     assert {"acc_unit", "quaternion", "quaternion_takes"} <= set(found.unknown)
     assert found.conventions == Conventions()
+    # Found by fuzzing: what was read is not checked yet.
+    for time_s in (1e15, -5.0, np.nan):
+        rows[-1, 0] = time_s
+        with_odd_time = find_conventions(read_imu(written(rows, tmp_path / "imu.csv")))
+        assert "quaternion" in with_odd_time.unknown
 
 
 @pytest.mark.parametrize("offset_s", [-29.3, 0.0, 11.77])

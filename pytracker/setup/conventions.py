@@ -22,6 +22,7 @@ from pytracker.rotation import rotate
 
 __all__ = ["FoundConventions", "find_conventions"]
 
+MOST_S = 86_400.0
 TURN_S = 0.1
 """Turns are compared over so long, s."""
 LEAST_TURN_RAD = 3.0
@@ -62,6 +63,10 @@ def find_conventions(log: ImuLog) -> FoundConventions:
             conventions = dataclasses.replace(conventions, acc_unit="g")
         elif not IN_SI[0] < size < IN_SI[1]:
             unknown.append("acc_unit")
+    if not _has_times(log):
+        others = ("gyr_unit", "quaternion", "quaternion_takes", "earth")
+        words |= dict.fromkeys(others, "the times are no times of one recording")
+        return FoundConventions(conventions, (*unknown, *others), words)
     if log.q_world_sensor is None:
         words["gyr_unit"] = "there is no orientation in the file to compare it with"
         return FoundConventions(conventions, (*unknown, *(["gyr_unit"] if log.gyr is not None else [])), words)
@@ -80,6 +85,12 @@ def find_conventions(log: ImuLog) -> FoundConventions:
         elif up < 0:
             conventions = dataclasses.replace(conventions, earth="z down")
     return FoundConventions(conventions, tuple(unknown), words)
+
+
+def _has_times(log: ImuLog) -> bool:
+    """Finite, increasing, and not of more than a day: what was read is not checked yet."""
+    steps = np.diff(log.time_s)
+    return bool(np.isfinite(log.time_s).all() and len(steps) and (steps > 0).all() and steps.sum() < MOST_S)
 
 
 def _quaternions(of: Conventions) -> Iterator[Conventions]:
