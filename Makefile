@@ -33,10 +33,10 @@ reproduce: $(VENV)/.installed ## Run both papers' tables and figures again, into
 
 test: $(VENV)/.installed ## Run every test, Rust and Python
 	cargo test --locked
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 acceptance: $(VENV)/.installed ## The same, failing where the shared data is absent
-	PYTRACKER_ACCEPTANCE=1 $(BIN)/python -m pytest
+	PYTRACKER_ACCEPTANCE=1 $(BIN)/python -m pytest -n 2 --dist worksteal
 
 fuzz: $(VENV)/.installed ## Mutated files and absurd calls by the million (FUZZ=1000000): only our own errors
 	$(BIN)/python tests/fuzz.py $(FUZZ)

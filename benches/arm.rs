@@ -5,14 +5,15 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use pytracker::arm::ekf::Correction;
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
 use pytracker::arm::state::{GaussMarkov, View};
-use pytracker::arm::{Arm, ArmTracker, Method, Noise, Sample};
+use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
+use pytracker::{Observation, Sample, Tracker};
 use std::hint::black_box;
 
-fn tracker(method: Method, noise: Noise) -> ArmTracker {
+fn tracker(method: Method, noise: Noise) -> Tracker {
     let matrix = Matrix3::new(700.0, 0.0, 320.0, 0.0, 700.0, 240.0, 0.0, 0.0, 1.0);
     let rotation = Matrix3::new(-1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, 0.0);
     let camera = Camera::new(matrix, [0.0; 5], rotation, Vector3::new(0.0, 0.0, 2.3)).expect("a camera");
@@ -23,10 +24,10 @@ fn tracker(method: Method, noise: Noise) -> ArmTracker {
         wrist_start: Vector3::new(0.2, 0.3, 0.0),
     };
     let views = vec![View { camera, patch_offset: Vector3::zeros() }];
-    ArmTracker::new(arm, views, noise, method, 1).expect("a tracker")
+    ArmFilter::new(arm, views, noise, method, 1).expect("a tracker").into()
 }
 
-fn particles(layers: &[(Mover, &[Cue])], len: usize, bias: bool) -> ArmTracker {
+fn particles(layers: &[(Mover, &[Cue])], len: usize, bias: bool) -> Tracker {
     let noise = Noise { bias: bias.then_some(GaussMarkov { start_sd: 0.15, density: 0.01 }), ..Noise::default() };
     let method = Method::Particles {
         layers: layers.iter().map(|(mover, cues)| ArmLayer { mover: *mover, cues: cues.to_vec() }).collect(),
@@ -50,16 +51,17 @@ fn worn() -> Noise {
 }
 
 /// A frame after four samples; time runs on from call to call.
-fn frame(tracker: &mut ArmTracker, time_s: &mut f64) {
+fn frame(tracker: &mut Tracker, time_s: &mut f64) {
     frame_at(tracker, time_s, 250.0);
 }
 
-fn frame_at(tracker: &mut ArmTracker, time_s: &mut f64, u: f64) {
+fn frame_at(tracker: &mut Tracker, time_s: &mut f64, u: f64) {
     for _ in 0..4 {
-        tracker.predict(&still(*time_s)).expect("in order");
+        tracker.observe(Observation::inertial(still(*time_s))).expect("in order");
         *time_s += 0.01;
     }
-    black_box(tracker.update(*time_s - 0.0001, &[Some(Vector2::new(u, 240.0))]).expect("a frame"));
+    let seen = Observation::patch(*time_s - 0.0001, vec![Some(Vector2::new(u, 240.0))]);
+    black_box(tracker.observe(seen).expect("a frame"));
 }
 
 /// A sample of a sensor that lies still.

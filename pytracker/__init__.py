@@ -5,6 +5,11 @@
     scores = pytracker.evaluate(track, recording.truth)
     pytracker.write_report([track], "report/")
 
+Data flows one way: `formats` are read into a `recording`, whose pixels become `evidence`, which by a choice of
+`methods` and `tracking` becomes a track, which gets `scores` and a `report`; `cli` types the same. Beside the stream:
+`setup` makes a recording ready, `simulate` makes one from nothing, `study` runs many, `reproduce` the papers'. What is
+not named here is in those modules: `from pytracker.evidence import PatchTracker`.
+
 Conventions: SI units (metres, seconds, radians, m/s²), pixels as (u right, v down) with pixel centres at integers.
 Quaternions are Hamilton, w first, named for what they do: `q_world_sensor` takes sensor vectors to the world.
 World: right-handed, z up for the arm; for the body the Acclaim file's own frame, y up, metres. Camera: OpenCV's (x
@@ -24,141 +29,72 @@ if (
     # The command line: until `pytracker.cli` takes over, Ctrl-C ends it without a traceback of half an import.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
 
-from pytracker._core import (
-    KEY_JOINTS,
-    ArmTracker,
-    BodyEstimate,
-    BodyTracker,
-    Estimate,
-    InputError,
-    LayerRecord,
-    TrackingError,
-    __version__,
-    resample,
+from pytracker._core import Estimate, InputError, Observation, Tracker, TrackingError, __version__
+from pytracker.evidence import Sightings
+from pytracker.methods import (
+    Annealed,
+    BodyPlain,
+    Ekf,
+    Inertial,
+    Joint,
+    Layered,
+    LayeredFromConstraint,
+    Mixture,
+    Partitioned,
+    Plain,
+    Smooth,
 )
-from pytracker.average_skeleton import average_skeleton
-from pytracker.body_methods import Annealed, BodyPlain, Partitioned
-from pytracker.cycle import Cloud, Cycle, CycleLayer, record_cycle
-from pytracker.doubts import doubts
-from pytracker.evaluate import JointScores, Scores, evaluate
-from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
-from pytracker.evidence.senses import Senses, senses_of
-from pytracker.evidence.sightings import Sightings, sight
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters, median_background
-from pytracker.formats.amc import Motion, read_amc, write_amc
-from pytracker.formats.asf import read_asf
-from pytracker.intervals import Interval, mean_interval, paired_difference, paired_ratio
-from pytracker.joint_track import JointTrack, Track
-from pytracker.load import load
-from pytracker.methods import Ekf, Inertial, Joint, Layered, LayeredFromConstraint, Mixture, Plain, Smooth
-from pytracker.projection import fit_weak_perspective
-from pytracker.recording import (
-    Arm,
-    ArmRecording,
-    BodyRecording,
-    BodyView,
-    Camera,
-    Imu,
-    ProjectionFit,
-    Recording,
-    Truth,
-    View,
-    WeakPerspective,
-)
+from pytracker.recording import Arm, ArmRecording, BodyRecording, BodyView, Camera, Imu, Recording, Truth, View, load
 from pytracker.report import write_report
 from pytracker.reproduce import reproduce
-from pytracker.simulate import ArmScene, ArmSimulation, BodyScene, simulate_arm, simulate_body
-from pytracker.skeleton import UPPER_BODY, Bone, Part, Skeleton
-from pytracker.study import Study, StudyRecording, StudyTable, read_study, run_study
-from pytracker.track import track
-from pytracker.track_arm import ArmTrack
-from pytracker.track_body import BodyTrack, make_tracker
+from pytracker.scores import Scores, evaluate
+from pytracker.simulate import ArmScene, BodyScene, simulate_arm, simulate_body
+from pytracker.skeleton import Skeleton
+from pytracker.study import read_study, run_study
+from pytracker.tracking import Track, doubts, record_cycle, track
 
 __all__ = [
-    "KEY_JOINTS",
-    "UPPER_BODY",
     "Annealed",
     "Arm",
     "ArmRecording",
     "ArmScene",
-    "ArmSimulation",
-    "ArmTrack",
-    "ArmTracker",
-    "BodyEstimate",
-    "BodyEvidence",
     "BodyPlain",
     "BodyRecording",
     "BodyScene",
-    "BodyTrack",
-    "BodyTracker",
     "BodyView",
-    "Bone",
     "Camera",
-    "CamshiftParameters",
-    "Cloud",
-    "Cycle",
-    "CycleLayer",
     "Ekf",
     "Estimate",
     "Imu",
     "Inertial",
     "InputError",
-    "Interval",
     "Joint",
-    "JointScores",
-    "JointTrack",
-    "LayerRecord",
     "Layered",
     "LayeredFromConstraint",
     "Mixture",
-    "Motion",
-    "Part",
+    "Observation",
     "Partitioned",
-    "PatchSighting",
-    "PatchTrack",
-    "PatchTracker",
     "Plain",
-    "ProjectionFit",
     "Recording",
     "Scores",
-    "Senses",
     "Sightings",
-    "Silhouette",
-    "SilhouetteParameters",
     "Skeleton",
     "Smooth",
-    "Study",
-    "StudyRecording",
-    "StudyTable",
     "Track",
+    "Tracker",
     "TrackingError",
     "Truth",
     "View",
-    "WeakPerspective",
     "__version__",
-    "average_skeleton",
     "doubts",
     "evaluate",
-    "fit_weak_perspective",
     "load",
-    "make_tracker",
-    "mean_interval",
-    "median_background",
-    "paired_difference",
-    "paired_ratio",
-    "read_amc",
-    "read_asf",
     "read_study",
     "record_cycle",
     "reproduce",
-    "resample",
     "run_study",
-    "senses_of",
-    "sight",
     "simulate_arm",
     "simulate_body",
     "track",
-    "track_patch",
-    "write_amc",
     "write_report",
 ]

@@ -14,15 +14,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubts import doubts, unbelieved
-from pytracker.evaluate import evaluate
-from pytracker.joint_track import Track
-from pytracker.load import load
-from pytracker.methods import Method
+from pytracker.methods.method import Method
 from pytracker.output import write_whole
+from pytracker.recording.load import load
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
-from pytracker.track import track
+from pytracker.scores.evaluate import evaluate
+from pytracker.tracking.doubts import doubts, unbelieved
+from pytracker.tracking.track import track
+from pytracker.tracking.tracks import Track
 
 __all__ = ["Outcome", "track_all"]
 

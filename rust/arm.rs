@@ -21,11 +21,14 @@
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
 //! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states |
-//! | [`tracker`] | the online tracker over all of them |
+//! | [`frame`] | a camera frame, with what the IMU has said up to it |
+//! | [`filter`] | one of them, sample by sample and frame by frame |
 
 mod branch;
 pub mod colour;
 pub mod ekf;
+pub mod filter;
+pub mod frame;
 pub mod length;
 pub mod measurements;
 pub mod mixture;
@@ -38,8 +41,7 @@ pub mod setup;
 pub mod smooth;
 pub mod state;
 pub mod timeline;
-pub mod tracker;
 pub mod worn;
 
-pub use state::{Arm, Estimate, Noise, Point};
-pub use tracker::{ArmTracker, Method, Sample, Stretch};
+pub use filter::{ArmFilter, Method};
+pub use state::{Arm, Noise, PLACES};

@@ -12,26 +12,27 @@
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
 //! | [`cues`] | IV-C2: weights: one file a cue, and how a layer blends them |
-//! | `island` | a share of the particles that is filtered on its own |
 //! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
 //! | [`method`] | IV-C: lists of layers and their parameters |
-//! | [`tracker`] | IV-C: the online tracker |
+//! | [`picture`] | what a frame shows |
+//! | [`filter`] | IV-C: evidence in, a pose out |
 
 pub mod cues;
 pub mod edges;
 pub mod figure;
+pub mod filter;
 mod forward;
-mod island;
 mod lanes;
 pub mod method;
 pub mod model;
 pub mod motion;
+pub mod picture;
 pub mod skin;
-pub mod tracker;
 pub mod unseen;
 
 pub use cues::region::Region;
 pub use figure::{Figure, Group, KEY_JOINTS, Part};
+pub use filter::BodyFilter;
 pub use method::{Blending, BodyLayer, BodyMethod, CueName, Diffusion};
-pub use tracker::{BodyEstimate, BodyEvidence, BodyTracker};
+pub use picture::Picture;
 pub use unseen::Unseen;

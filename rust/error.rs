@@ -81,8 +81,28 @@ pub enum Error {
         /// The time already reached, s.
         latest_s: f64,
     },
+    /// An observation came later than the tracker waits for.
+    #[error("{what} at {time_s} s comes {late_s} s after a later one, expected at most delay_s = {delay_s} s after it")]
+    TooLate {
+        /// What it is.
+        what: &'static str,
+        /// Its time, s.
+        time_s: f64,
+        /// How much later than the newest one, s.
+        late_s: f64,
+        /// How long is waited, s.
+        delay_s: f64,
+    },
+    /// What this kind of subject does not take.
+    #[error(
+        "{what} is not what this tracker takes, expected IMU samples and patches of an arm, pictures and orientations of a body"
+    )]
+    Foreign {
+        /// What was given.
+        what: &'static str,
+    },
     /// A frame came before any IMU sample.
-    #[error("frame at {time_s} s comes before the first IMU sample, expected at least one predict() first")]
+    #[error("frame at {time_s} s comes before the first IMU sample, expected at least one before it")]
     NoInertialSample {
         /// Its time, s.
         time_s: f64,
@@ -132,11 +152,13 @@ pub enum Error {
         /// Recording time, s.
         time_s: f64,
     },
-    /// Any of the others, at a known frame of a recording.
-    #[error("frame {frame}: {source}")]
-    AtFrame {
+    /// Any of the others, at a known observation of a recording.
+    #[error("{what} {index}: {source}")]
+    At {
+        /// `frame`, `IMU sample` or `orientation`.
+        what: &'static str,
         /// Its number, from 0.
-        frame: usize,
+        index: usize,
         /// What went wrong there.
         source: Box<Error>,
     },
@@ -166,7 +188,7 @@ impl Error {
     /// Whether the filter lost the track, as opposed to having been given something that it cannot use.
     pub fn is_loss_of_track(&self) -> bool {
         match self {
-            Self::AtFrame { source, .. } => source.is_loss_of_track(),
+            Self::At { source, .. } => source.is_loss_of_track(),
             Self::AllWeightsZero { .. }
             | Self::Singular { .. }
             | Self::RanAway { .. }

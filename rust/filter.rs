@@ -2,20 +2,25 @@
 //!
 //! | filter | what it carries |
 //! |---|---|
-//! | [`LayeredFilter`] | particles, and a list of layers applied to all of them |
+//! | [`LayeredFilter`] | particles, and a list of layers applied to all of them; [`Islands`]: shares of them on their own |
 //! | [`Mixture`] | weighted Gaussians that split where a measurement bends over them, and merge again; one of them is the (iterated) extended Kalman filter |
+//! | [`backward`] | trajectories through the particles that a [`Recorder`] kept, given what came after them |
 //! | [`smooth`] | a whole recording's trajectory, by Gauss-Newton from another filter's track |
 //!
 //! A *layer* is a transition and the likelihoods that weigh its result; it is applied to the whole set at
 //! once, and after each layer the set may be resampled. Bootstrap filter: one layer. Tao & Hu's layered
 //! sampling (III-E): two. Annealing: several of the same, from flat to sharp. Nothing else differs.
 
+mod backward;
+mod islands;
 mod kalman;
 mod layered;
 mod mixture;
 mod recorder;
 mod smoother;
 
+pub use backward::{Backward, backward};
+pub use islands::Islands;
 pub use kalman::{Correction, Gaussian, Linear};
 pub use layered::{LayeredFilter, Resampling};
 pub use mixture::{Component, Mixture, Reduction};
@@ -30,9 +35,10 @@ pub trait Transition: Sync {
     /// Draw every particle of one block from the density, in place.
     fn propagate(&self, block: BlockMut<'_>, rng: &mut Stream);
 
-    /// `ln p(to | from)`, of two states `(D,)`. Where the noise has less than full rank this is the density
-    /// within the directions that it reaches (the pseudo-inverse of Tao & Hu eq. 10).
-    fn log_density(&self, from: &[f64], to: &[f64]) -> f64;
+    /// Write `ln p(to | from)` of every state `(D,)` of `from`, rows `(N, D)`, to one `(D,)`; minus infinity where it cannot be
+    /// reached. Where the noise has less than full rank this is the density within the directions that it reaches (the
+    /// pseudo-inverse of Tao & Hu eq. 10).
+    fn log_densities(&self, from: &[f64], to: &[f64], out: &mut [f64]);
 }
 
 /// How well particles explain an observation: `p(z_k | x_k)`.

@@ -24,17 +24,20 @@
 //! | [`rng`] | which random stream a draw comes from: same seed, same bits, for any number of threads |
 //! | [`particles`] | states and weights in one struct: normalise, ESS, moments, quantiles, mode, resample |
 //! | [`resample`] | multinomial, stratified, systematic, residual |
-//! | [`filter`] | the engine: layers of (transition, likelihoods); the recorder; the Kalman baseline |
+//! | [`filter`] | the engine: layers of (transition, likelihoods), islands, the recorder; the Kalman baseline, mixture, smoother |
 //! | [`quaternion`], [`camera`], [`projection`] | geometry |
 //! | [`skeleton`] | Acclaim bones and channels, forward kinematics |
-//! | [`arm`] | wrist IMU and colour patch (Tao & Hu 2008): models, methods, the online tracker |
-//! | [`body`] | upper body from one camera (Li & Kulić 2010): figure, cues, methods, the online tracker |
+//! | [`arm`] | wrist IMU and colour patch (Tao & Hu 2008): models, cues, methods |
+//! | [`body`] | upper body from one camera (Li & Kulić 2010): figure, cues, methods |
+//! | [`observation`], [`tracker`], [`estimate`] | what goes into the one online tracker of both, and what comes out |
 
 pub mod arm;
 pub mod body;
 pub mod camera;
 mod error;
+pub mod estimate;
 pub mod filter;
+pub mod observation;
 pub mod particles;
 pub mod projection;
 pub mod quaternion;
@@ -43,11 +46,15 @@ pub mod rng;
 mod saved;
 pub mod skeleton;
 mod sums;
+pub mod tracker;
 
 #[cfg(feature = "python")]
 mod python;
 
 pub use error::Error;
+pub use estimate::{Estimate, Point};
+pub use observation::{Observation, Sample, What};
+pub use tracker::Tracker;
 
 /// What every fallible call of this crate returns.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -4,17 +4,16 @@
 
 #![allow(clippy::needless_pass_by_value)] // arguments are extracted for the call and belong to it
 
-mod arm;
 mod arm_arguments;
-mod body;
 mod body_arguments;
-mod body_estimate;
 mod body_evidence;
 mod border;
 mod estimate;
+mod observation;
 mod record;
 mod resample;
 mod skeleton;
+mod tracker;
 
 use crate::Error;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
@@ -50,21 +49,21 @@ mod _core {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use super::arm::ArmTracker;
-    #[pymodule_export]
     use super::arm_arguments::check_camera;
     #[pymodule_export]
-    use super::body::{BodyTracker, missed_edges};
+    use super::body_evidence::missed_edges;
     #[pymodule_export]
-    use super::body_estimate::BodyEstimate;
+    use super::estimate::{Estimate, Place};
     #[pymodule_export]
-    use super::estimate::Estimate;
+    use super::observation::Observation;
     #[pymodule_export]
     use super::record::LayerRecord;
     #[pymodule_export]
     use super::resample::resample;
     #[pymodule_export]
     use super::skeleton::Skeleton;
+    #[pymodule_export]
+    use super::tracker::Tracker;
     #[pymodule_export]
     use super::{InputError, TrackingError};
 
@@ -77,8 +76,12 @@ mod _core {
         super::border::remember_process();
         // Tuples: nobody may change them.
         module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
-        module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), super::body::key_joints())?)?;
-        module.add("KEYPOINTS", pyo3::types::PyTuple::new(module.py(), super::body::keypoints())?)
+        let joints = crate::body::KEY_JOINTS;
+        module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), joints.map(|(name, _, _)| name))?)?;
+        module
+            .add("KEY_PLACES", pyo3::types::PyTuple::new(module.py(), joints.map(|(_, bone, along)| (bone, along)))?)?;
+        let points = crate::body::cues::keypoints::KEYPOINTS;
+        module.add("KEYPOINTS", pyo3::types::PyTuple::new(module.py(), points.map(|(name, _, _)| name))?)
     }
 }
 

@@ -9,15 +9,20 @@ import os
 import statistics
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
+from conftest import arm_tracker
 from numpy_body_twin import NumpyKinematics
 from numpy_body_twin import missed_edges as numpy_missed_edges
 from numpy_twin import NumpyLayered, resample_residual
 
 import pytracker as pt
 from pytracker._core import missed_edges as rust_missed_edges
-from pytracker.skeleton import upper_body_parts
+from pytracker.recording import WeakPerspective
+from pytracker.simulate import ArmSimulation
+from pytracker.skeleton import UPPER_BODY, average_skeleton
+from pytracker.tracking import resample
 
 BATCH_S = 0.25
 
@@ -50,20 +55,20 @@ def alternate(ours: Callable[[], object], twin: Callable[[], object], repeats: i
 
 
 def frame_pair(particles: int) -> tuple[Callable[[], object], Callable[[], object]]:
-    simulation = pt.ArmSimulation(seed=1)
+    simulation = ArmSimulation(seed=1)
     imu, method = simulation.imu, pt.Layered(particles=particles)
     camera = simulation.cameras[0]
     pixel = camera.project(np.array([simulation.arm.wrist_start_m]))[0]
-    q, acc = imu.q_world_sensor[0], imu.acc[0]
-    tracker = pt.ArmTracker(simulation.arm, camera, method, 1)
+    q, acc = imu.q_world_segment[0], imu.acc[0]
+    tracker = arm_tracker(simulation.arm, camera, method, 1)
     twin = NumpyLayered(simulation.arm, camera, method, 1)
     clock = {"now": 0.0}
 
     def ours() -> None:
         for _ in range(4):
-            tracker.predict(clock["now"], acc, q)
+            tracker.observe(pt.Observation.inertial(clock["now"], acc, q))
             clock["now"] += 0.01
-        tracker.update(clock["now"] - 1e-4, pixel)
+        tracker.observe(pt.Observation.patch(clock["now"] - 1e-4, pixel))
 
     def numpy() -> None:
         for _ in range(4):
@@ -77,21 +82,19 @@ def resampling_pair(particles: int) -> tuple[Callable[[], object], Callable[[], 
     rng = np.random.default_rng(1)
     weights = rng.random(particles) ** 3
     weights /= weights.sum()
-    return lambda: pt.resample("residual", weights, particles, 1), lambda: resample_residual(weights, rng)
+    return lambda: resample("residual", weights, particles, 1), lambda: resample_residual(weights, rng)
 
 
 def body_pairs(particles: int) -> list[tuple[str, tuple[Callable[[], object], Callable[[], object]]]]:
     """Kinematics of the 11-DOF upper body; the edge cue of its six outlines over a 320x240 image."""
     rng = np.random.default_rng(1)
-    skeleton = pt.average_skeleton(1.75)
+    skeleton = average_skeleton(1.75)
     pose = np.zeros(len(skeleton.channels))
     states = 0.3 * rng.standard_normal((particles, 11))
-    camera = pt.WeakPerspective(affine=((139.0, 0.0, 0.0, 160.0), (0.0, -139.0, 0.0, 120.0)))
-    free = skeleton.columns(pt.UPPER_BODY)
-    tracker = pt.BodyTracker(
-        skeleton.core, pose.tolist(), free, skeleton.limits_rad, list(upper_body_parts()), camera, pt.BodyPlain()
-    )
-    twin = NumpyKinematics(skeleton, pose, pt.UPPER_BODY)
+    camera = WeakPerspective(affine=((139.0, 0.0, 0.0, 160.0), (0.0, -139.0, 0.0, 120.0)))
+    view = pt.BodyView(camera=camera, video=Path())
+    tracker = pt.Tracker(pt.BodyRecording(view=view, skeleton=skeleton, initial=pose), pt.BodyPlain())
+    twin = NumpyKinematics(skeleton, pose, UPPER_BODY)
     edges = (rng.random((240, 320)) < 0.1).astype(np.uint8)
     # A torso, a head and four limbs: 1042 px a particle, as in the design's measurement.
     sizes = np.array([(50.0, 90.0), (20.0, 30.0), (16.0, 65.0), (16.0, 65.0), (12.0, 70.5), (12.0, 70.5)])
@@ -104,7 +107,7 @@ def body_pairs(particles: int) -> list[tuple[str, tuple[Callable[[], object], Ca
     outlines = (places + (sizes[:, None, :] * corners) @ rotation.swapaxes(-1, -2)).reshape(-1, 4, 2)
     flat = np.ascontiguousarray(outlines.reshape(-1, 8))
     return [
-        (f"body, kinematics, N = {particles}", (lambda: tracker.joints(states), lambda: twin(states))),
+        (f"body, kinematics, N = {particles}", (lambda: tracker.pose(states), lambda: twin(states))),
         (
             f"body, edge cue, N = {particles}",
             (lambda: rust_missed_edges(edges, flat), lambda: numpy_missed_edges(edges, outlines)),

@@ -1,7 +1,6 @@
 //! The body's cues and tracker on a figure of a few bones.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use pytracker::Error;
 use pytracker::body::cues::blobs::{BlobDistance, Scale};
 use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, KeypointLook, Person, nearest};
 use pytracker::body::cues::limits::Limits;
@@ -12,13 +11,15 @@ use pytracker::body::cues::region::{Region, RegionLook, Regions};
 use pytracker::body::cues::{Blend, Cue, Weighing};
 use pytracker::body::edges::EdgeImage;
 use pytracker::body::{
-    Blending, BodyEvidence, BodyLayer, BodyMethod, BodyTracker, CueName, Diffusion, Figure, Group, Part, Unseen,
+    Blending, BodyFilter, BodyLayer, BodyMethod, CueName, Diffusion, Figure, Group, Part, Picture, Unseen,
 };
 use pytracker::filter::{Likelihood, Resampling};
 use pytracker::particles::ParticleSet;
 use pytracker::projection::Projection;
 use pytracker::resample::Scheme;
 use pytracker::skeleton::{Bone, Channel, Skeleton};
+use pytracker::{Error, Estimate, Observation, Result, Tracker};
+use std::sync::Arc;
 
 const ALL: [Group; 3] = [Group::Torso, Group::LeftArm, Group::RightArm];
 
@@ -240,9 +241,19 @@ fn a_sensor_says_where_its_segment_points() {
     assert!(Segment::from_name("left_leg").is_err());
 }
 
+fn tracker(figure: Figure, method: BodyMethod, seed: u64) -> Result<Tracker> {
+    BodyFilter::new(figure, projection(), method, seed).map(Tracker::from)
+}
+
+fn update(tracker: &mut Tracker, time_s: f64, evidence: &Picture) -> Result<Estimate> {
+    tracker
+        .observe(Observation::picture(time_s, Arc::new(evidence.clone())))
+        .map(|found| found.expect("an estimate of a frame"))
+}
+
 fn method(layers: Vec<BodyLayer>, blending: Blending, edge_loss: f64) -> BodyMethod {
     BodyMethod {
-        len: 400,
+        particles: 400,
         islands: 1,
         skin_loss: 0.0,
         foreground_loss: 0.0,
@@ -267,44 +278,44 @@ fn method(layers: Vec<BodyLayer>, blending: Blending, edge_loss: f64) -> BodyMet
 fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
     let layer = BodyLayer { groups: vec![Group::LeftArm], spread: 1.0, sharpness: 1.0 };
     let method = method(vec![layer], Blending::Sum, 0.0);
-    let mut tracker = BodyTracker::new(figure(&[0, 1, 8, 12]), projection(), method, 3).unwrap();
+    let mut tracker = tracker(figure(&[0, 1, 8, 12]), method, 3).unwrap();
     let mut estimate = None;
     for k in 0..30 {
         // The left arm goes up by 0.6 rad in a second.
         let lift = 0.02 * f64::from(k);
         let hand = [118.0 + 61.0 * lift.cos(), 55.0 - 61.0 * lift.sin()];
-        let evidence = BodyEvidence { blobs: vec![hand], ..BodyEvidence::new(blank()) };
-        estimate = Some(tracker.update(f64::from(k) / 30.0, &evidence).unwrap());
+        let evidence = Picture { blobs: vec![hand], ..Picture::new(blank()) };
+        estimate = Some(update(&mut tracker, f64::from(k) / 30.0, &evidence).unwrap());
     }
     let estimate = estimate.unwrap();
     assert!((estimate.state.mean[2] - 0.58).abs() < 0.08, "{}", estimate.state.mean);
     // The root and the right arm belong to no layer.
     assert_eq!([estimate.state.mean[0], estimate.state.mean[1], estimate.state.mean[3]], [0.0; 3]);
     assert_eq!(estimate.blobs[1].map(|_| ()), Some(()));
-    assert!(matches!(tracker.update(0.5, &BodyEvidence::new(blank())), Err(Error::Late { what: "frame", .. })));
+    assert!(matches!(update(&mut tracker, 0.5, &Picture::new(blank())), Err(Error::Late { what: "frame", .. })));
 }
 
 /// Islands are filters side by side: the first is what it would be alone, and together they have every particle.
 #[test]
 fn islands_are_filters_side_by_side() {
     let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
-    let with = |islands: usize, len: usize| {
-        let method = BodyMethod { islands, len, ..method(vec![layer.clone()], Blending::Sum, 1.0) };
-        BodyTracker::new(figure(&[0, 1, 8]), projection(), method, 5)
+    let with = |islands: usize, particles: usize| {
+        let method = BodyMethod { islands, particles, ..method(vec![layer.clone()], Blending::Sum, 1.0) };
+        tracker(figure(&[0, 1, 8]), method, 5)
     };
     let (mut alone, mut three) = (with(1, 14).unwrap(), with(3, 40).unwrap());
     for k in 0..6 {
-        let evidence = BodyEvidence { blobs: vec![LEFT_HAND], ..BodyEvidence::new(blank()) };
-        alone.update(f64::from(k) / 30.0, &evidence).unwrap();
-        let estimate = three.update(f64::from(k) / 30.0, &evidence).unwrap();
-        assert!(estimate.ess > 1.0 && estimate.ess <= 40.0);
+        let evidence = Picture { blobs: vec![LEFT_HAND], ..Picture::new(blank()) };
+        update(&mut alone, f64::from(k) / 30.0, &evidence).unwrap();
+        let estimate = update(&mut three, f64::from(k) / 30.0, &evidence).unwrap();
+        assert!(estimate.ess.is_some_and(|ess| ess > 1.0 && ess <= 40.0));
     }
-    let (first, all) = (alone.particles(), three.particles());
+    let (first, all) = (alone.particles().unwrap(), three.particles().unwrap());
     assert_eq!((first.len(), all.len()), (14, 40));
     assert_eq!(first.rows(), all.rows()[..14 * first.dim()]);
-    let mut again = BodyTracker::restore(&three.save().unwrap()).unwrap();
-    let evidence = BodyEvidence { blobs: vec![LEFT_HAND], ..BodyEvidence::new(blank()) };
-    assert_eq!(three.update(1.0, &evidence).unwrap(), again.update(1.0, &evidence).unwrap());
+    let mut again = Tracker::restore(&three.save().unwrap()).unwrap();
+    let evidence = Picture { blobs: vec![LEFT_HAND], ..Picture::new(blank()) };
+    assert_eq!(update(&mut three, 1.0, &evidence).unwrap(), update(&mut again, 1.0, &evidence).unwrap());
     assert!(matches!(with(0, 40), Err(Error::Parameter { name: "islands", .. })));
     assert!(matches!(with(41, 40), Err(Error::Parameter { name: "islands", .. })));
 }
@@ -314,16 +325,16 @@ fn a_saved_tracker_goes_on_with_the_same_bits() {
     let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
     let blending = Blending::Rescaled { base: 100.0, alpha: 1.0, adapt: 0.0 };
     let method = BodyMethod { cues: vec![CueName::Edges, CueName::Blobs], ..method(vec![layer], blending, 0.0) };
-    let mut tracker = BodyTracker::new(figure(&[0, 1, 8]), projection(), method, 5).unwrap();
-    let evidence = BodyEvidence { blobs: vec![LEFT_HAND], ..BodyEvidence::new(blank()) };
+    let mut tracker = tracker(figure(&[0, 1, 8]), method, 5).unwrap();
+    let evidence = Picture { blobs: vec![LEFT_HAND], ..Picture::new(blank()) };
     for k in 0..5 {
-        tracker.update(f64::from(k) / 30.0, &evidence).unwrap();
+        update(&mut tracker, f64::from(k) / 30.0, &evidence).unwrap();
     }
-    let mut again = BodyTracker::restore(&tracker.save().unwrap()).unwrap();
+    let mut again = Tracker::restore(&tracker.save().unwrap()).unwrap();
     for k in 5..10 {
         let (one, other) =
-            (tracker.update(f64::from(k) / 30.0, &evidence), again.update(f64::from(k) / 30.0, &evidence));
+            (update(&mut tracker, f64::from(k) / 30.0, &evidence), update(&mut again, f64::from(k) / 30.0, &evidence));
         assert_eq!(one.unwrap(), other.unwrap());
     }
-    assert!(BodyTracker::restore(&[1, 2, 3]).is_err());
+    assert!(Tracker::restore(&[1, 2, 3]).is_err());
 }

@@ -13,7 +13,9 @@ import pytest
 from hypothesis import settings
 
 import pytracker as pt
+from pytracker.evidence import BodyEvidence
 from pytracker.formats.video import Image
+from pytracker.methods import ArmMethod
 from pytracker.rotation import Array
 
 if TYPE_CHECKING:
@@ -33,10 +35,23 @@ def load_arm(folder: Path | str) -> pt.ArmRecording:
     return recording
 
 
-def shown(edges: Image, blobs: Array | None = None, **more: Any) -> pt.BodyEvidence:
+def arm_tracker(arm: pt.Arm, cameras: pt.Camera | list[pt.Camera], method: ArmMethod, seed: int = 0) -> pt.Tracker:
+    """A tracker of an arm that nobody recorded."""
+    views = tuple(pt.View(camera=camera) for camera in (cameras if isinstance(cameras, list) else [cameras]))
+    return pt.Tracker(pt.ArmRecording(views=views, imus=(), arm=arm), method, seed)
+
+
+def estimated(tracker: pt.Tracker, frame: pt.Observation) -> pt.Estimate:
+    """The estimate at a frame."""
+    estimate = tracker.observe(frame)
+    assert estimate is not None
+    return estimate
+
+
+def shown(edges: Image, blobs: Array | None = None, **more: Any) -> BodyEvidence:
     """Evidence made by hand: edges, and where they are given blobs and more."""
     empty, none = np.zeros_like(edges), np.zeros((0, 2))
-    return pt.BodyEvidence(empty, edges, empty, none if blobs is None else blobs, none[:, 0], **more)
+    return BodyEvidence(empty, edges, empty, none if blobs is None else blobs, none[:, 0], **more)
 
 
 @pytest.fixture(scope="session")

@@ -19,8 +19,10 @@ from pathlib import Path
 import numpy as np
 
 import pytracker as pt
-from pytracker.doubts import unbelieved
+from pytracker.evidence import sight
 from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
+from pytracker.simulate import ArmSimulation
+from pytracker.tracking.doubts import unbelieved
 
 SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"
 HARMLESS = 1.2
@@ -397,7 +399,7 @@ def judged(folder: Path, sightings: pt.Sightings | None) -> tuple[str, float, fl
         assert isinstance(recording, pt.ArmRecording)
         if recording.warnings:
             return "told before", np.nan, np.nan, recording.warnings[0]
-        seen = sightings if sightings is not None else pt.sight(recording)
+        seen = sightings if sightings is not None else sight(recording)
         track = pt.track(recording, pt.Smooth(), 1, sightings=seen)
     except pt.InputError as error:
         return "told before", np.nan, np.nan, str(error)
@@ -436,7 +438,7 @@ def of_recording(name: str, folder: Path) -> tuple[float, list[Row]]:
     """Every fault on one recording; first the error of the right one."""
     right = pt.load(folder)
     assert isinstance(right, pt.ArmRecording)
-    sightings = pt.sight(right)
+    sightings = sight(right)
     verdict, error, _, words = judged(folder, sightings)
     if verdict:
         raise SystemExit(f"{name}: something is said of the right recording: {words}")
@@ -458,7 +460,7 @@ def said_of_right(seed: int) -> str:
     patterns = ("circle", "rectangle", "reach", "gesture")
     worn = seed % 2 == 0
     scene = pt.ArmScene(pattern=patterns[seed % 4], worn=worn, period_s=(2.0, 3.0, 4.0)[seed % 3])
-    simulation = pt.ArmSimulation(scene, seed)
+    simulation = ArmSimulation(scene, seed)
     recording = simulation.recording()
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0 + seed % 3))
     try:

@@ -18,11 +18,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from conftest import shown
+from conftest import arm_tracker, shown
 
 import pytracker as pt
 from pytracker.cli.settings import chosen_method
 from pytracker.evidence.keypoints import with_spreads
+from pytracker.formats import read_amc, read_asf
 from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_checks import check
 from pytracker.formats.keypoints import read_keypoints
@@ -30,10 +31,11 @@ from pytracker.formats.points import read_points
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
-from pytracker.projection import fit_weak_perspective
+from pytracker.recording.projection import fit_weak_perspective
+from pytracker.recording.schema import read_recording_file
 from pytracker.report.tables import read_track
-from pytracker.schema import read_recording_file
 from pytracker.setup.conventions import find_conventions
+from pytracker.tracking import resample
 
 OURS = (pt.InputError, pt.TrackingError)
 LONGEST_S = 5.0
@@ -150,7 +152,7 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
     track = pt.write_report([pt.track(pt.load(arm), pt.Layered(particles=20))], folder / "track", page=False)
     asf = SMALL_ASF.encode()
     (folder / "small.asf").write_bytes(asf)
-    skeleton = pt.read_asf(folder / "small.asf")
+    skeleton = read_asf(folder / "small.asf")
     amc = b":FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 2 3 4 5 6\na 10 20\n2\nroot 1 2 3 4 5 7\na 10 21\n"
     truth = b"time_s,wrist_x_m,wrist_y_m,wrist_z_m\n0,1,2,3\n0.1,1,2,3\n0.2,1,,3\n"
     study = SMALL_STUDY.encode()
@@ -176,8 +178,8 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ("truth.tsv", b"\n".join((arm / "qualisys.tsv").read_bytes().split(b"\n")[:30]), read_qualisys),
         ("truth.csv", truth, read_truth_csv),
         ("points.csv", (body / "points.csv").read_bytes(), lambda path: fit_weak_perspective(*read_points(path))),
-        ("small.asf", asf, pt.read_asf),
-        ("small.amc", amc, lambda path: pt.read_amc(path, skeleton)),
+        ("small.asf", asf, read_asf),
+        ("small.amc", amc, lambda path: read_amc(path, skeleton)),
         ("arm/recording.toml", (arm / "recording.toml").read_bytes(), read_recording_file),
         ("body/recording.toml", (body / "recording.toml").read_bytes(), read_recording_file),
         ("study.toml", study, pt.read_study),
@@ -199,7 +201,19 @@ def number(rng: np.random.Generator) -> float:
     return float(odd[int(rng.integers(len(odd)))]) if rng.random() < 0.4 else float(rng.normal(0, 3))
 
 
-def call_of_core(rng: np.random.Generator, saved: list[bytes], body: pt.BodyTracker) -> None:
+def follow_anything(tracker: pt.Tracker, rng: np.random.Generator, numbers: Callable[..., Any]) -> None:
+    """Samples and frames of an arm at any time; every estimate is a number."""
+    for k in range(6):
+        at = 0.01 * k if rng.random() < 0.8 else number(rng)
+        tracker.observe(pt.Observation.inertial(at, numbers(3), [1, 0, 0, 0], numbers(3)))
+        pixel = numbers(2) * 300 if rng.random() < 0.7 else None
+        if (estimate := tracker.observe(pt.Observation.patch(0.01 * k, pixel))) is not None:
+            assert all(np.isfinite(place.mean).all() for place in estimate.places.values())
+        between = tracker.estimate(0.01 * k + abs(number(rng)))
+        assert np.isfinite(between.places["wrist"].mean).all()
+
+
+def call_of_core(rng: np.random.Generator, saved: list[bytes], body: pt.Tracker) -> None:
     """One absurd call of the compiled half."""
 
     def numbers(*shape: int) -> Any:
@@ -207,11 +221,11 @@ def call_of_core(rng: np.random.Generator, saved: list[bytes], body: pt.BodyTrac
 
     kind = int(rng.integers(0, 7))
     if kind == 0:
-        pt.resample("residual", np.abs(numbers(int(rng.integers(0, 6)))), int(rng.integers(0, 1000)), 1)
+        resample("residual", np.abs(numbers(int(rng.integers(0, 6)))), int(rng.integers(0, 1000)), 1)
     elif kind == 1:
-        pt.ArmTracker.restore(mutated(saved[0], rng))
+        pt.Tracker.restore(mutated(saved[0], rng))
     elif kind == 2:
-        pt.BodyTracker.restore(mutated(saved[1], rng))
+        pt.Tracker.restore(mutated(saved[1], rng))
     elif kind == 3:
         method = [
             pt.Layered(particles=20),
@@ -223,24 +237,20 @@ def call_of_core(rng: np.random.Generator, saved: list[bytes], body: pt.BodyTrac
         ]
         arm = pt.Arm(shoulder_m=tuple(numbers(3)), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=tuple(numbers(3)))
         camera = pt.Camera(matrix=((700.0, 0.0, 320.0), (0.0, 700.0, 240.0), (0.0, 0.0, 1.0)), translation_m=(0, 0, 2))
-        tracker = pt.ArmTracker(arm, camera, method[int(rng.integers(len(method)))], 1)
-        for k in range(6):
-            tracker.predict(0.01 * k if rng.random() < 0.8 else number(rng), numbers(3), [1, 0, 0, 0], numbers(3))
-            estimate = tracker.update(0.01 * k, numbers(2) * 300 if rng.random() < 0.7 else None)
-            assert np.isfinite(estimate.wrist).all()
-            assert np.isfinite(estimate.elbow).all()
-            assert np.isfinite(tracker.estimate(0.01 * k + abs(number(rng))).wrist).all()
+        tracker = arm_tracker(arm, camera, method[int(rng.integers(len(method)))], 1)
+        follow_anything(tracker, rng, numbers)
         assert np.isfinite(tracker.smoothed(0)["wrist"]).all()
     elif kind == 4:
         edges = rng.integers(0, 2, (int(rng.integers(1, 9)), int(rng.integers(1, 9)))).astype(np.uint8)
         region = np.abs(numbers(*edges.shape)).astype(np.float32), numbers(int(rng.integers(0, 4)), 2)
         blobs, people = numbers(int(rng.integers(0, 5)), 2) * 100, numbers(int(rng.integers(0, 3)), 9, 3) * 100
-        worn = [("left_forearm", tuple(numbers(4)), number(rng), number(rng))] if rng.random() < 0.5 else []
-        seen = shown(edges, blobs, skin_region=region, foreground_region=region, keypoints=people, orientations=worn)
-        body.update(number(rng), seen)
+        seen = shown(edges, blobs, skin_region=region, foreground_region=region, keypoints=people)
+        turned = numbers(4) if rng.random() < 0.5 else [1.0, 0.0, 0.0, 0.0]
+        worn = pt.Observation.orientation(number(rng), "left_forearm", turned, number(rng), number(rng))
+        body.observe(worn if rng.random() < 0.2 else pt.Observation.picture(number(rng), seen))
     elif kind == 5:
-        body.joints(numbers(2, int(rng.integers(1, 13))))
-        body.poses(numbers(1, int(rng.integers(1, 13))))
+        body.pose(numbers(2, int(rng.integers(1, 13))))
+        body.channels(numbers(1, int(rng.integers(1, 13))))
     else:
         names = ("pixel_sd", "accel_density", "bias", "particles", "layers", "corrections", "components")
         settings = [f"{names[int(rng.integers(len(names)))]}={json.dumps(number(rng))}"]
@@ -253,8 +263,8 @@ def run(count: int, seed: int = 0, *, say: Callable[[str], None] = print) -> lis
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         files = seeds(folder)
-        made = pt.make_tracker(pt.load(folder / "body"), pt.Partitioned(particles=16, islands=2))  # type: ignore[arg-type]
-        arm = pt.ArmTracker(
+        made = pt.Tracker(pt.load(folder / "body"), pt.Partitioned(particles=16, islands=2))
+        arm = arm_tracker(
             pt.Arm(shoulder_m=(0.1, 0, 0.25), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=(0.2, 0.3, 0)),
             pt.Camera(matrix=((700, 0, 320), (0, 700, 240), (0, 0, 1)), translation_m=(0, 0, 2)), pt.Mixture(), 1,
         )  # fmt: skip
@@ -278,7 +288,7 @@ def run(count: int, seed: int = 0, *, say: Callable[[str], None] = print) -> lis
                         call_of_core(rng, saved, made)
             except OURS:
                 if not is_file:
-                    made = pt.BodyTracker.restore(saved[1])
+                    made = pt.Tracker.restore(saved[1])
             except BaseException as error:
                 if isinstance(error, KeyboardInterrupt):
                     raise

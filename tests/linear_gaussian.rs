@@ -1,7 +1,8 @@
 //! The layered particle filter against the Kalman answer on a linear-Gaussian model.
 
 use nalgebra::{DMatrix, DVector, Matrix2, RowVector2, Vector2};
-use pytracker::filter::{Gaussian, History, Layer, LayeredFilter, Likelihood, Resampling, Transition};
+use pytracker::Error;
+use pytracker::filter::{Gaussian, History, Layer, LayeredFilter, Likelihood, Resampling, Transition, backward};
 use pytracker::particles::{BlockMut, ParticleSet};
 use pytracker::resample::Scheme;
 use pytracker::rng::{Stream, Streams};
@@ -26,9 +27,12 @@ impl Transition for Motion {
         }
     }
 
-    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
-        let z = (to[1] - from[1]) / WALK;
-        -0.5 * (z * z + (TAU * WALK * WALK).ln())
+    fn log_densities(&self, from: &[f64], to: &[f64], out: &mut [f64]) {
+        for (out, from) in out.iter_mut().zip(from.chunks(2)) {
+            let z = (to[1] - from[1]) / WALK;
+            let is_there = (to[0] - from[0] - DT * from[1]).abs() < 1e-12;
+            *out = if is_there { -0.5 * (z * z + (TAU * WALK * WALK).ln()) } else { f64::NEG_INFINITY };
+        }
     }
 }
 
@@ -51,8 +55,10 @@ struct Still;
 impl Transition for Still {
     fn propagate(&self, _: BlockMut<'_>, _: &mut Stream) {}
 
-    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
-        if from == to { 0.0 } else { f64::NEG_INFINITY }
+    fn log_densities(&self, from: &[f64], to: &[f64], out: &mut [f64]) {
+        for (out, from) in out.iter_mut().zip(from.chunks(to.len())) {
+            *out = if from == to { 0.0 } else { f64::NEG_INFINITY };
+        }
     }
 }
 
@@ -179,7 +185,103 @@ fn log_density_is_that_of_the_draws() {
     let streams = Streams::new(3, 0, 0);
     set.for_each_block(|b, block| Motion.propagate(block, &mut streams.block(b)));
     let after = set.rows();
-    let mean = before.chunks(2).zip(after.chunks(2)).map(|(f, t)| Motion.log_density(f, t)).sum::<f64>() / 20_000.0;
+    let density = |from: &[f64], to: &[f64]| {
+        let mut out = [0.0];
+        Motion.log_densities(from, to, &mut out);
+        out[0]
+    };
+    let mean = before.chunks(2).zip(after.chunks(2)).map(|(f, t)| density(f, t)).sum::<f64>() / 20_000.0;
     // The negative entropy of the normal.
     assert!((mean + 0.5 * (1.0 + (TAU * WALK * WALK).ln())).abs() < 0.02);
+}
+
+/// Position and velocity, both walk.
+struct Free;
+
+impl Transition for Free {
+    fn propagate(&self, mut block: BlockMut<'_>, rng: &mut Stream) {
+        let [x, v] = block.columns_mut([0, 1]);
+        for i in 0..x.len() {
+            let [a, b]: [f64; 2] = [rng.sample(StandardNormal), rng.sample(StandardNormal)];
+            x[i] += DT * v[i] + DT * WALK * a;
+            v[i] += WALK * b;
+        }
+    }
+
+    fn log_densities(&self, from: &[f64], to: &[f64], out: &mut [f64]) {
+        for (out, from) in out.iter_mut().zip(from.chunks(2)) {
+            let (a, b) = ((to[0] - from[0] - DT * from[1]) / (DT * WALK), (to[1] - from[1]) / WALK);
+            *out = -0.5 * (a * a + b * b);
+        }
+    }
+}
+
+const SEEN: [f64; 12] = [0.1, 0.25, 0.1, 0.4, 0.35, 0.6, 0.5, 0.9, 0.8, 0.7, 1.1, 1.0];
+
+/// What a filter leaves of a recording.
+fn history(motion: &dyn Transition, len: usize) -> History {
+    let resampling = Resampling::new(Scheme::Systematic, 1.0).unwrap();
+    let (mut filter, mut history) = (LayeredFilter::new(start(len, 8), resampling, 8), History::default());
+    for (k, z) in SEEN.iter().enumerate() {
+        let position = Position(*z);
+        let layer = Layer { transition: motion, likelihoods: vec![&position] };
+        filter.cycle(0.1 * k as f64, &[layer], Some(&mut history), |_, _| ()).unwrap();
+    }
+    history
+}
+
+/// Backward simulation against Rauch, Tung and Striebel: the filter's own answer at the last time, a better one before.
+#[test]
+fn trajectories_are_smoothed() {
+    let transition = DMatrix::from_row_slice(2, 2, &[1.0, DT, 0.0, 1.0]);
+    let noise = DMatrix::from_diagonal(&DVector::from_vec(vec![(DT * WALK).powi(2), WALK * WALK]));
+    let first = start(4000, 8);
+    let (mean, covariance) = first.moments();
+    let mut state = Gaussian { mean, covariance };
+    let (mut predicted, mut filtered) = (Vec::new(), Vec::new());
+    for (k, z) in SEEN.iter().enumerate() {
+        state.predict(&transition, &DVector::zeros(2), &noise);
+        predicted.push(state.clone());
+        let residual = DVector::from_element(1, z - state.mean[0]);
+        let slope = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+        state.correct(k as f64, &residual, &slope, &DMatrix::from_element(1, 1, SENSOR * SENSOR)).unwrap();
+        filtered.push(state.clone());
+    }
+    for k in (0..SEEN.len() - 1).rev() {
+        let gain = &filtered[k].covariance
+            * transition.transpose()
+            * predicted[k + 1].covariance.clone().try_inverse().unwrap();
+        let (mean, spread) = (
+            &filtered[k + 1].mean - &predicted[k + 1].mean,
+            &filtered[k + 1].covariance - &predicted[k + 1].covariance,
+        );
+        filtered[k].mean += &gain * mean;
+        filtered[k].covariance += &gain * spread * gain.transpose();
+    }
+    let records = history(&Free, 4000).layers;
+    let transitions = vec![&Free as &dyn Transition; records.len()];
+    let found = backward(&records, &transitions, 600, 3).unwrap();
+    assert!(found.forced < 0.01, "{}", found.forced);
+    for (k, expected) in filtered.iter().enumerate() {
+        for d in 0..2 {
+            let values: Vec<f64> = found.trajectories.iter().map(|trajectory| trajectory[2 * k + d]).collect();
+            let mean = values.iter().sum::<f64>() / values.len() as f64;
+            let sd = (values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / values.len() as f64).sqrt();
+            let wanted = expected.covariance[(d, d)].sqrt();
+            assert!((mean - expected.mean[d]).abs() < 0.25 * wanted, "{k} {d}: {mean} is not {}", expected.mean[d]);
+            assert!((sd / wanted - 1.0).abs() < 0.2, "{k} {d}: {sd} is not {wanted}");
+        }
+    }
+    assert_eq!(found, backward(&records, &transitions, 600, 3).unwrap());
+}
+
+/// Where the motion has no noise in some direction every state has one that led to it, and that is said.
+#[test]
+fn a_singular_motion_leaves_no_choice() {
+    let records = history(&Motion, 300).layers;
+    let transitions = vec![&Motion as &dyn Transition; records.len()];
+    assert!(backward(&records, &transitions, 20, 3).unwrap().forced > 0.9);
+    assert!(matches!(backward(&records, &transitions[1..], 20, 3), Err(Error::Size { name: "transitions", .. })));
+    let other = vec![&Still as &dyn Transition; records.len()];
+    assert!(matches!(backward(&records, &other, 20, 3), Err(Error::AllWeightsZero { .. })));
 }

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytracker as pt
+from pytracker.study import Study, StudyRecording, StudyTable
 
 SCENE = pt.ArmScene(duration_s=2.0)
-CIRCLE = pt.StudyRecording(name="circle", scene=SCENE, pixel_sd=4.0)
+CIRCLE = StudyRecording(name="circle", scene=SCENE, pixel_sd=4.0)
 METHODS = (pt.Layered(particles=100), pt.Layered(particles=200), pt.Ekf(corrections=("colour", "arm_length")))
 
 TOML = """
@@ -30,11 +31,11 @@ set = { corrections = ["colour", "arm_length"] }
 """
 
 
-def small() -> pt.Study:
-    return pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1, 2))
+def small() -> Study:
+    return Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1, 2))
 
 
-def asked(study: pt.Study, out: Path) -> tuple[pt.StudyTable, int]:
+def asked(study: Study, out: Path) -> tuple[StudyTable, int]:
     """The table, and how many runs were known before."""
     known: list[int] = []
     table = pt.run_study(study, out, progress=lambda done, total: known.append(done))

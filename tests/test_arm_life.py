@@ -15,25 +15,26 @@ import pytest
 from test_cli import run
 
 import pytracker as pt
-from pytracker.doubts import unbelieved
 from pytracker.evidence.sightings import Sightings
-from pytracker.methods import ArmMethod
+from pytracker.methods.arm import ArmMethod
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
+from pytracker.simulate import ArmSimulation
+from pytracker.tracking.doubts import unbelieved
 
 HELD = "the wrist is beyond the arm's reach and its own band"
 PATTERNS = ("circle", "reach", "gesture")
 
 
 def played(scene: pt.ArmScene, seed: int, pixel_sd: float = 4.0) -> tuple[pt.ArmRecording, Sightings]:
-    simulation = pt.ArmSimulation(scene, seed)
+    simulation = ArmSimulation(scene, seed)
     return simulation.recording(), Sightings.of(simulation.frame_time_s, simulation.sightings(pixel_sd))
 
 
 def tilted(recording: pt.ArmRecording, degrees: float) -> pt.ArmRecording:
     imu = recording.imus[0]
     turn = np.broadcast_to(rotation_vector_to_quaternion(np.radians([degrees, 0.0, 0.0])), (len(imu.acc), 4))
-    q = np.ascontiguousarray(multiply(turn, imu.q_world_sensor))
-    return dataclasses.replace(recording, imus=(dataclasses.replace(imu, q_world_sensor=q),))
+    q = np.ascontiguousarray(multiply(turn, imu.q_world_segment))
+    return dataclasses.replace(recording, imus=(dataclasses.replace(imu, q_world_segment=q),))
 
 
 @pytest.mark.parametrize("method", [pt.Layered(), pt.Joint(particles=1000), pt.Mixture()], ids=lambda m: m.name)
@@ -93,7 +94,7 @@ def test_after_a_pause_of_both_it_starts_again(method: ArmMethod, pause_s: float
     later = pause_s - (after - before)
     moved = dataclasses.replace(
         imu, time_s=(imu.time_s + later * (imu.time_s >= after))[kept], acc=imu.acc[kept],
-        q_world_sensor=imu.q_world_sensor[kept], gyr=None if imu.gyr is None else imu.gyr[kept],
+        q_world_segment=imu.q_world_segment[kept], gyr=None if imu.gyr is None else imu.gyr[kept],
     )  # fmt: skip
     time_s = sightings.time_s + later * (sightings.time_s >= after)
     assert recording.truth is not None
@@ -134,21 +135,18 @@ def test_a_pause_online_and_offline_are_the_same_bits() -> None:
     keep, frames = (imu.time_s < 3) | (imu.time_s > 5), (sightings.time_s < 3) | (sightings.time_s > 5)
     assert imu.gyr is not None
     cut = dataclasses.replace(
-        imu, time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_sensor=imu.q_world_sensor[keep], gyr=imu.gyr[keep]
+        imu, time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_segment=imu.q_world_segment[keep], gyr=imu.gyr[keep]
     )
     seen = Sightings.of(sightings.time_s[frames], sightings.pixels[frames])
     for method in (pt.Layered(particles=100), pt.Mixture()):
-        track = pt.track(dataclasses.replace(recording, imus=(cut,)), method, 9, sightings=seen)
-        tracker = pt.ArmTracker(recording.arm, recording.views[0].camera, method, 9)
-        assert cut.gyr is not None
-        k = 0
-        for row, (time_s, pixels) in enumerate(zip(seen.time_s, seen.pixels, strict=True)):
-            while k < len(cut.time_s) and cut.time_s[k] <= time_s:
-                tracker.predict(cut.time_s[k], cut.acc[k], cut.q_world_sensor[k], cut.gyr[k])
-                k += 1
-            tracker = pt.ArmTracker.restore(tracker.save()) if row % 40 == 0 else tracker
-            estimate = tracker.update(time_s, pixels[0])
-            assert (estimate.wrist == track.joints["wrist"].mean[row]).all()
+        paused = dataclasses.replace(recording, imus=(cut,))
+        track = pt.track(paused, method, 9, sightings=seen)
+        tracker, online = pt.Tracker(paused, method, 9), []
+        for k, observed in enumerate(paused.observations(seen)):
+            tracker = pt.Tracker.restore(tracker.save()) if k % 200 == 0 else tracker
+            if (estimate := tracker.observe(observed)) is not None:
+                online.append(estimate.places["wrist"].mean)
+        assert np.array_equal(online, track.joints["wrist"].mean)
 
 
 def pooled(method: ArmMethod, scene: pt.ArmScene, seeds: range) -> tuple[float, np.ndarray]:

@@ -11,8 +11,9 @@ import pytest
 from scipy import stats
 
 import pytracker as pt
-from pytracker.body_methods import BodyMethod
-from pytracker.evaluate import average_error, frames_to_recover
+from pytracker.methods.body import BodyMethod
+from pytracker.scores.evaluate import average_error, frames_to_recover
+from pytracker.skeleton import KEY_JOINTS, UPPER_BODY
 
 BACK = ("lowerback_rx", "thorax_rx", "lowerneck_rx", "upperneck_rx")
 
@@ -63,7 +64,7 @@ def test_bands_in_depth_hold_what_one_camera_does_not_see(clips: list[pt.BodyRec
     """The trunk's depth is no state of the 11: only what is known beforehand says how far off it may be."""
 
     def held(method: BodyMethod) -> dict[str, float]:
-        found: dict[str, list[float]] = {joint: [] for joint in pt.KEY_JOINTS}
+        found: dict[str, list[float]] = {joint: [] for joint in KEY_JOINTS}
         for clip in clips:
             track = pt.track(clip, method, 1)
             assert clip.truth is not None
@@ -92,7 +93,7 @@ def test_islands_say_more_of_the_depth_than_one(clips: list[pt.BodyRecording]) -
 
 def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) -> None:
     recording = load_body(shared("recordings/body-balance"))
-    freed = pt.Partitioned(free=(*pt.UPPER_BODY, *BACK))
+    freed = pt.Partitioned(free=(*UPPER_BODY, *BACK))
     assert average_m(recording, freed, range(1, 11)) < average_m(recording, pt.Partitioned(), range(1, 11))
 
 

@@ -8,10 +8,12 @@ from pathlib import Path
 import ezc3d
 import numpy as np
 import pytest
-from conftest import shown
+from conftest import estimated, shown
 
 import pytracker as pt
+from pytracker.formats import read_amc, read_asf, write_amc
 from pytracker.rotation import Array
+from pytracker.skeleton import KEY_JOINTS, average_skeleton
 
 MARKERS = {"shoulder": ("SHO",), "elbow": ("ELB",), "wrist": ("WRA", "WRB")}
 BONES = {"shoulder": ("humerus", 0), "elbow": ("humerus", 1), "wrist": ("wrist", 1)}
@@ -26,8 +28,8 @@ def test_joints_are_where_the_markers_are(
 ) -> None:
     """HDM05: markers sit on the skin, some centimetres from the joints that were made from them."""
     folder = shared("data/cmu/hdm05")
-    skeleton = pt.read_asf(folder / "HDM_dg.asf")
-    motion = pt.read_amc(next(folder.glob("*.amc")), skeleton)
+    skeleton = read_asf(folder / "HDM_dg.asf")
+    motion = read_amc(next(folder.glob("*.amc")), skeleton)
     c3d = ezc3d.c3d(str(next(folder.glob("*.c3d"))))
     labels = c3d["parameters"]["POINT"]["LABELS"]["value"]
     names = [side.upper() + name for name in MARKERS[joint]]
@@ -43,8 +45,8 @@ def test_joints_are_where_the_markers_are(
 
 
 def test_poses_agree_with_the_bvh_of_the_same_trial(shared: Callable[[str], Path]) -> None:
-    skeleton = pt.read_asf(shared("data/cmu/16.asf"))
-    starts, ends, _ = skeleton.core.pose(pt.read_amc(shared("data/cmu/16_15.amc"), skeleton).poses)
+    skeleton = read_asf(shared("data/cmu/16.asf"))
+    starts, ends, _ = skeleton.core.pose(read_amc(shared("data/cmu/16_15.amc"), skeleton).poses)
     nodes, rows = read_bvh(shared("data/cmu/16_15.bvh"))
     assert len(rows) == len(starts)
     # It is keyed at 30 Hz: every fourth frame from the fifth on is a key, the others are interpolated.
@@ -78,26 +80,26 @@ def test_every_file_parses(
     shared: Callable[[str], Path], tmp_path: Path, motion: str, skeleton: str, frames: int
 ) -> None:
     """And comes back the same from our own writer."""
-    bones = pt.read_asf(shared(f"data/cmu/{skeleton}.asf"))
+    bones = read_asf(shared(f"data/cmu/{skeleton}.asf"))
     assert len(bones.bones) == 31
-    read = pt.read_amc(shared(f"data/cmu/{motion}.amc"), bones)
+    read = read_amc(shared(f"data/cmu/{motion}.amc"), bones)
     assert read.poses.shape == (frames, 62)
     assert read.warnings == ()
-    pt.write_amc(tmp_path / "again.amc", bones, read.poses)
-    assert np.abs(pt.read_amc(tmp_path / "again.amc", bones).poses - read.poses).max() < 1e-6
+    write_amc(tmp_path / "again.amc", bones, read.poses)
+    assert np.abs(read_amc(tmp_path / "again.amc", bones).poses - read.poses).max() < 1e-6
 
 
 def test_the_compiled_joints_are_the_skeletons(body: pt.BodyRecording) -> None:
     """What the tracker calls a joint is what the skeleton calls it."""
-    tracker = pt.make_tracker(body, pt.BodyPlain(particles=5))
-    found = tracker.update(0.0, shown(np.zeros((240, 320), np.uint8))).joints[0]
+    tracker = pt.Tracker(body, pt.BodyPlain(particles=5))
+    found = estimated(tracker, pt.Observation.picture(0.0, shown(np.zeros((240, 320), np.uint8)))).places
     expected = body.skeleton.joints(body.initial[None])
-    for j, name in enumerate(pt.KEY_JOINTS):
-        assert np.abs(found[j] - expected[name][0]).max() < 1e-12
+    for name in KEY_JOINTS:
+        assert np.abs(found[name].mean - expected[name][0]).max() < 1e-12
 
 
 def test_average_skeleton_is_a_person() -> None:
-    skeleton = pt.average_skeleton(1.8)
+    skeleton = average_skeleton(1.8)
     starts, ends, _ = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
     feet = ends[0, skeleton.bone("ltoes"), 1]
     assert ends[0, skeleton.bone("head"), 1] - feet == pytest.approx(1.8, abs=0.1)

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import estimated, shown
 from test_people import KEPT_BACK, WRISTS, errors
 
 import pytracker as pt
-from pytracker.evidence.orientations import Worn
-from pytracker.load_worn import aligned, segment_frame, to_y_up
+from pytracker.recording.worn import aligned, segment_frame, to_y_up
 from pytracker.rotation import (
     Array,
     axes_to_quaternion,
@@ -147,14 +147,14 @@ def test_a_heading_that_is_not_given_is_found_from_the_first_pose(body: pt.BodyR
     turn = rotation_vector_to_quaternion(np.array([0.0, 2.0, 0.0]))
     roll = rotation_vector_to_quaternion(np.array([0.0, -0.7, 0.0]))
     q = np.tile(multiply(multiply(turn, expected), roll), (5, 1))
-    imu = pt.Imu(time_s=np.arange(5) / 100, acc=np.zeros((5, 3)), q_world_sensor=q, segment="left_forearm")
+    imu = pt.Imu(time_s=np.arange(5) / 100, acc=np.zeros((5, 3)), q_world_segment=q, segment="left_forearm")
     found = aligned("here", imu, False, body.skeleton, pose, 0.0)
     assert np.abs(quaternion_to_rotation_vector(multiply(conjugate(expected[None]), found))).max() < 1e-6
     with pytest.raises(pt.InputError, match=r"points \d+° away from where the first pose has it"):
         aligned("here", imu, True, body.skeleton, pose, 0.0)
     down = axes_to_quaternion(*(np.tile(x, (5, 1)) for x in np.eye(3)))
     with pytest.raises(pt.InputError, match=r"heading_deg is missing, and .* hangs too steeply"):
-        aligned("here", dataclasses.replace(imu, q_world_sensor=down), False, body.skeleton, pose, 0.0)
+        aligned("here", dataclasses.replace(imu, q_world_segment=down), False, body.skeleton, pose, 0.0)
 
 
 def test_the_frame_of_a_segment_is_along_it_and_the_elbow(body: pt.BodyRecording) -> None:
@@ -182,11 +182,23 @@ def test_up_is_up() -> None:
 
 
 def test_a_stale_sensor_says_nothing(body: pt.BodyRecording) -> None:
-    q = np.tile([1.0, 0.0, 0.0, 0.0], (11, 1))
-    imu = pt.Imu(time_s=np.arange(11) / 100, acc=np.zeros((11, 3)), q_world_sensor=q, segment="left_forearm")
-    worn = Worn((imu,), (0.05,))
-    assert [len(worn(time_s)) for time_s in (-0.01, 0.0, 0.055, 0.19, 0.25)] == [0, 1, 1, 1, 0]
-    assert worn(0.05)[0][0] == "left_forearm"
+    q = np.tile(segment_frame(body.skeleton, body.initial, "left_forearm"), (11, 1))
+    imu = pt.Imu(time_s=np.arange(11) / 100, acc=np.zeros((11, 3)), q_world_segment=q, segment="left_forearm")
+    worn = dataclasses.replace(body, imus=(imu,), imu_sds_rad=(0.05,))
+    first = next(observed for observed in worn.observations() if observed.what == "orientation")
+    assert (first.time_s, first.index) == (0.0, 0)
+    method, edges = pt.Partitioned(particles=50), shown(np.zeros((240, 320), np.uint8))
+
+    def at(time_s: float, *observed: pt.Observation) -> np.ndarray:
+        tracker = pt.Tracker(worn, method, 1)
+        for each in (*observed, pt.Observation.picture(0.0, edges)):
+            tracker.observe(each)
+        return estimated(tracker, pt.Observation.picture(time_s, edges)).mean
+
+    assert not np.array_equal(at(0.05, first), at(0.05))
+    assert np.array_equal(at(0.15, first), at(0.15))
+    with pytest.raises(pt.InputError, match="orientation at 0 s comes after 0 s was reached"):
+        at(0.1, first, first)
 
 
 def with_keypoints(folder: Path, table: Path, to: Path) -> pt.BodyRecording:
@@ -256,7 +268,7 @@ def test_another_renderers_body_with_keypoints_and_forearms(shared: Callable[[st
             write_imu(path, plain.skeleton, plain.poses, 120.0, segment, np.radians(3.0), seed)
             table = np.loadtxt(path, delimiter=",", skiprows=1)
             q = to_y_up(np.ascontiguousarray(table[:, 7:]))
-            imus.append(pt.Imu(time_s=table[:, 0], acc=table[:, 1:4], q_world_sensor=q, segment=segment))
+            imus.append(pt.Imu(time_s=table[:, 0], acc=table[:, 1:4], q_world_segment=q, segment=segment))
         worn = dataclasses.replace(recording, imus=tuple(imus), imu_sds_rad=(np.radians(3.0),) * 2)
         both = [pt.evaluate(pt.track(of, pt.Partitioned(), seed), of.truth).average_m for of in (recording, worn)]
         found.append(both)

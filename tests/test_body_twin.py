@@ -7,22 +7,23 @@ from numpy_body_twin import NumpyKinematics, missed_edges
 
 import pytracker as pt
 from pytracker._core import missed_edges as rust_missed_edges
-from pytracker.skeleton import KEY_BONES
+from pytracker.skeleton import UPPER_BODY
+from pytracker.skeleton.skeleton import KEY_BONES
 
 
 def test_kinematics_of_many_particles(body: pt.BodyRecording) -> None:
     """Through the tracker's own poses, and through the skeleton's."""
     rng = np.random.default_rng(1)
-    free = (*pt.UPPER_BODY, "lowerback_rx", "head_ry")
+    free = (*UPPER_BODY, "lowerback_rx", "head_ry")
     states = 0.7 * rng.standard_normal((40, len(free)))
-    tracker = pt.make_tracker(body, pt.BodyPlain(particles=3, free=free))
-    joints = body.skeleton.joints(tracker.poses(states))
-    ours = tracker.joints(states)
+    tracker = pt.Tracker(body, pt.BodyPlain(particles=3, free=free))
+    joints = body.skeleton.joints(tracker.channels(states))
+    ours = tracker.pose(states)
     starts, ends = NumpyKinematics(body.skeleton, body.initial, free)(states)
-    for j, (name, (bone, along)) in enumerate(KEY_BONES.items()):
+    for name, (bone, along) in KEY_BONES.items():
         twin = (ends if along else starts)[body.skeleton.bone(bone)]
         assert np.abs(joints[name] - twin).max() < 1e-12, name
-        assert np.abs(ours[:, j] - twin).max() < 1e-12, name
+        assert np.abs(ours[name] - twin).max() < 1e-12, name
 
 
 def test_edge_cue() -> None:

@@ -17,30 +17,32 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import shown
+from conftest import arm_tracker, estimated, shown
 from test_cli import run
 
 import pytracker as pt
 from pytracker._core import missed_edges
+from pytracker.skeleton import Bone
+from pytracker.tracking import resample
 
 ARM = pt.Arm(shoulder_m=(0.1, 0.0, 0.25), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=(0.2, 0.3, 0.0))
 CAMERA = pt.Camera(matrix=((700.0, 0.0, 320.0), (0.0, 700.0, 240.0), (0.0, 0.0, 1.0)), translation_m=(0.0, 0.0, 2.0))
 UP, LEVEL = (0.0, 0.0, 9.81), (1.0, 0.0, 0.0, 0.0)
 
 
-def tracker(method: Any = None) -> pt.ArmTracker:
-    made = pt.ArmTracker(ARM, CAMERA, method or pt.Layered(particles=100), 3)
-    made.predict(0.0, UP, LEVEL)
-    made.update(0.0, (390.0, 345.0))
+def tracker(method: Any = None) -> pt.Tracker:
+    made = arm_tracker(ARM, CAMERA, method or pt.Layered(particles=100), 3)
+    made.observe(pt.Observation.inertial(0.0, UP, LEVEL))
+    made.observe(pt.Observation.patch(0.0, (390.0, 345.0)))
     return made
 
 
 def work_of_a_child(method: Any) -> float:
     made = tracker(method)
     for k in range(1, 5):
-        made.predict(0.01 * k, UP, LEVEL)
-        estimate = made.update(0.01 * k, (390.0, 345.0))
-    return float(estimate.wrist[0])
+        made.observe(pt.Observation.inertial(0.01 * k, UP, LEVEL))
+        estimate = estimated(made, pt.Observation.patch(0.01 * k, (390.0, 345.0)))
+    return float(estimate.places["wrist"].mean[0])
 
 
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
@@ -63,22 +65,20 @@ def test_threads_have_bounds(simulated_body: Path) -> None:
 def test_a_changed_state_is_refused() -> None:
     made = tracker()
     saved = made.save()
-    assert pt.ArmTracker.restore(saved).update(0.04, None).time_s == 0.04
+    assert estimated(pt.Tracker.restore(saved), pt.Observation.patch(0.04, None)).time_s == 0.04
     pick = np.random.default_rng(5)
     for _ in range(2000):
         changed = bytearray(saved)
         for _ in range(int(pick.integers(1, 4))):
             changed[int(pick.integers(len(changed)))] ^= int(pick.integers(1, 256))
         with pytest.raises(pt.InputError, match="saved tracker state cannot be read"):
-            pt.ArmTracker.restore(bytes(changed))
+            pt.Tracker.restore(bytes(changed))
     for end in range(0, len(saved), 97):
         with pytest.raises(pt.InputError, match="saved tracker state cannot be read"):
-            pt.ArmTracker.restore(saved[:end])
+            pt.Tracker.restore(saved[:end])
     with pytest.raises(pt.InputError, match=r"of another kind or version"):
-        pt.ArmTracker.restore(saved.replace(b"pytracker arm 0", b"pytracker arm 9"))
-    with pytest.raises(pt.InputError, match=r"of another kind or version"):
-        pt.BodyTracker.restore(saved)
-    assert pickle.loads(pickle.dumps(made)).update(0.04, None).time_s == 0.04  # noqa: S301 - our own
+        pt.Tracker.restore(saved.replace(b"pytracker tracker 0", b"pytracker tracker 9"))
+    assert estimated(pickle.loads(pickle.dumps(made)), pt.Observation.patch(0.04, None)).time_s == 0.04  # noqa: S301 - our own
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="limits as Unix has them")
@@ -100,9 +100,10 @@ def test_what_cannot_be_held_is_refused_before_it_is_tried(simulated: Path, tmp_
     assert "particles: no memory for " in done.stderr
     done = limited("""
         import numpy as np, pytracker as pt
+        from pytracker.tracking import resample
         for n in (2**30, 2**40, 2**63):
             try:
-                pt.resample("residual", np.ones(3), n)
+                resample("residual", np.ones(3), n)
             except pt.InputError as error:
                 print(error)
     """)
@@ -115,16 +116,17 @@ def test_what_cannot_be_held_is_refused_before_it_is_tried(simulated: Path, tmp_
 def test_absurd_numbers_are_refused_and_change_nothing(method: Any, value: float) -> None:
     made = tracker(method)
     before = made.save()
+    take, inertial = made.observe, pt.Observation.inertial
     refused: list[Callable[[], object]] = [
-        lambda: made.predict(0.01, (value, 0.0, 9.81), LEVEL),
-        lambda: made.predict(0.01, UP, (value, 0.0, 0.0, 0.0)),
-        lambda: made.predict(0.01, UP, LEVEL, (0.0, value, 0.0)),
-        lambda: made.predict(value, UP, LEVEL) if abs(value) != 1e12 else made.predict(1e13, UP, LEVEL),
-        lambda: made.update(0.01, (value, value if value == value else 0.0)),
-        lambda: pt.ArmTracker(ARM, CAMERA, type(method)(pixel_sd=value)),
-        lambda: pt.ArmTracker(ARM, CAMERA, type(method)(accel_density=value)),
-        lambda: pt.ArmTracker(pt.Arm(**{**vars(ARM), "shoulder_m": (value, 0, 0)}), CAMERA, method),
-        lambda: pt.ArmTracker(ARM, pt.Camera(**{**vars(CAMERA), "translation_m": (0, 0, value)}), method),
+        lambda: take(inertial(0.01, (value, 0.0, 9.81), LEVEL)),
+        lambda: take(inertial(0.01, UP, (value, 0.0, 0.0, 0.0))),
+        lambda: take(inertial(0.01, UP, LEVEL, (0.0, value, 0.0))),
+        lambda: take(inertial(value if abs(value) != 1e12 else 1e13, UP, LEVEL)),
+        lambda: take(pt.Observation.patch(0.01, (value, value if value == value else 0.0))),
+        lambda: arm_tracker(ARM, CAMERA, type(method)(pixel_sd=value)),
+        lambda: arm_tracker(ARM, CAMERA, type(method)(accel_density=value)),
+        lambda: arm_tracker(pt.Arm(**{**vars(ARM), "shoulder_m": (value, 0, 0)}), CAMERA, method),
+        lambda: arm_tracker(ARM, pt.Camera(**{**vars(CAMERA), "translation_m": (0, 0, value)}), method),
     ]
     for call in refused:
         with pytest.raises(pt.InputError, match="expected"):
@@ -140,32 +142,33 @@ def test_an_estimate_far_ahead_is_finite_or_refused() -> None:
                 estimate = made.estimate(time_s)
             except pt.TrackingError:
                 continue
-            for numbers in (estimate.wrist, estimate.elbow, estimate.wrist_sd, estimate.wrist_lo, estimate.covariance):
+            wrist, elbow = estimate.places["wrist"], estimate.places["elbow"]
+            for numbers in (wrist.mean, elbow.mean, wrist.sd, wrist.lo, estimate.covariance):
                 assert np.isfinite(numbers).all()
 
 
 def test_weights_that_are_almost_nothing_are_drawn_all_the_same() -> None:
     for scheme in ("multinomial", "stratified", "systematic", "residual"):
-        drawn = pt.resample(scheme, np.array([1e-320, 3e-320, 0.0]), 400, 1)
+        drawn = resample(scheme, np.array([1e-320, 3e-320, 0.0]), 400, 1)
         assert 60 < (drawn == 0).sum() < 140
         assert (drawn < 2).all()
 
 
 def test_many_blobs_are_no_more_work(body: pt.BodyRecording) -> None:
-    made = pt.make_tracker(body, pt.Partitioned(particles=50, gate_m=5.0))
+    made = pt.Tracker(body, pt.Partitioned(particles=50, gate_m=5.0))
     blobs = np.random.default_rng(1).uniform(0, 240, (500, 2))
     began = time.monotonic()
     for k in range(3):
-        made.update(k / 30, shown(np.zeros((240, 320), np.uint8), blobs))
+        made.observe(pt.Observation.picture(k / 30, shown(np.zeros((240, 320), np.uint8), blobs)))
     assert time.monotonic() - began < 5.0  # 54 before
     with pytest.raises(pt.InputError, match="blob at"):
-        made.update(1.0, shown(np.zeros((240, 320), np.uint8), np.array([[np.nan, 1.0]])))
+        made.observe(pt.Observation.picture(1.0, shown(np.zeros((240, 320), np.uint8), np.array([[np.nan, 1.0]]))))
 
 
 def test_a_panic_is_an_error_of_ours(body: pt.BodyRecording) -> None:
     """Whatever goes wrong within the core comes out as `InputError` or `TrackingError`."""
     ours = (pt.InputError, pt.TrackingError)
-    bone = pt.Bone(
+    bone = Bone(
         name="root", parent=None, reach_m=(0, 0, 0), frame=((1, 0, 0), (0, 1, 0), (0, 0, 1)), order=(0, 5, 9),
         channels=("rx",), limits_rad=((-1.0, 1.0),),
     )  # fmt: skip
@@ -179,9 +182,9 @@ def test_a_panic_is_an_error_of_ours(body: pt.BodyRecording) -> None:
             missed_edges(np.ones((3, 4), np.uint8), outlines)
         except ours:
             pass
-    made = pt.make_tracker(body, pt.Partitioned(particles=20))
+    made = pt.Tracker(body, pt.Partitioned(particles=20))
     for states in (np.full((2, 11), 1e300), np.full((1, 11), np.nan), np.zeros((0, 11)), np.zeros((1, 3))):
-        for call in (made.joints, made.poses):
+        for call in (made.pose, made.channels):
             with contextlib.suppress(*ours):
                 call(states)
 

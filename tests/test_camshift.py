@@ -12,16 +12,18 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.evidence import PatchSighting, PatchTracker, track_patch
 from pytracker.rotation import triple
+from pytracker.simulate import ArmSimulation
 from pytracker.simulate.scene import render
 
 
-def render_and_track(scene: pt.ArmScene, seed: int = 4) -> tuple[pt.ArmSimulation, list[pt.PatchSighting]]:
-    simulation = pt.ArmSimulation(scene, seed)
+def render_and_track(scene: pt.ArmScene, seed: int = 4) -> tuple[ArmSimulation, list[PatchSighting]]:
+    simulation = ArmSimulation(scene, seed)
     images = render(simulation, 0)
     first = next(images)
     u, v = simulation.cameras[0].project(simulation.patch(np.zeros(1)))[0]
-    tracker = pt.PatchTracker(first, (round(u) - 11, round(v) - 11, 22, 22))
+    tracker = PatchTracker(first, (round(u) - 11, round(v) - 11, 22, 22))
     return simulation, [tracker.update(first), *(tracker.update(image) for image in images)]
 
 
@@ -49,10 +51,10 @@ def test_occlusion_is_reported_and_survived_beside_a_distractor() -> None:
 
 
 def test_an_empty_image_is_a_loss_not_an_error() -> None:
-    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=1.0), 1)
+    simulation = ArmSimulation(pt.ArmScene(duration_s=1.0), 1)
     first = next(render(simulation, 0))
     u, v = simulation.cameras[0].project(simulation.patch(np.zeros(1)))[0]
-    tracker = pt.PatchTracker(first, (round(u) - 11, round(v) - 11, 22, 22))
+    tracker = PatchTracker(first, (round(u) - 11, round(v) - 11, 22, 22))
     for value, reason in ((0, "no patch colour in the search window"), (255, "patch not found again")):
         sighting = tracker.update(np.full_like(first, value))
         assert not sighting.valid
@@ -61,11 +63,11 @@ def test_an_empty_image_is_a_loss_not_an_error() -> None:
 
 
 def test_a_repeated_frame_is_not_news() -> None:
-    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=1.0), 1)
+    simulation = ArmSimulation(pt.ArmScene(duration_s=1.0), 1)
     images = render(simulation, 0)
     first, second = next(images), next(images)
     u, v = simulation.cameras[0].project(simulation.patch(np.zeros(1)))[0]
-    tracker = pt.PatchTracker(first, (round(u) - 11, round(v) - 11, 22, 22))
+    tracker = PatchTracker(first, (round(u) - 11, round(v) - 11, 22, 22))
     assert tracker.update(first).valid
     assert tracker.update(first).reason == "the frame repeats the one before"
     assert tracker.update(second).valid
@@ -81,14 +83,14 @@ def test_a_repeated_frame_is_not_news() -> None:
     ],
 )
 def test_a_box_without_a_patch_is_refused(box: tuple[int, int, int, int], expected: str) -> None:
-    first = next(render(pt.ArmSimulation(pt.ArmScene(duration_s=1.0), 1), 0))
+    first = next(render(ArmSimulation(pt.ArmScene(duration_s=1.0), 1), 0))
     with pytest.raises(pt.InputError, match=expected):
-        pt.PatchTracker(first, box)
+        PatchTracker(first, box)
 
 
 def test_bottle_cap_leaves_and_returns(shared: Callable[[str], Path]) -> None:
     """A hand takes the left bottle out of the picture twice; two more caps of the same blue stay in view."""
-    track = pt.track_patch(shared("data/video/bottle-detection.mp4"), (82, 106, 30, 22))
+    track = track_patch(shared("data/video/bottle-detection.mp4"), (82, 106, 30, 22))
     runs = [(bool(v), len(list(g))) for v, g in itertools.groupby(track.valid)]
     assert [v for v, _ in runs] == [True, False, True, False, True]
     edges = np.cumsum([n for _, n in runs])
@@ -149,7 +151,7 @@ def triangulate(pixels: list[np.ndarray], cameras: list[pt.Camera]) -> np.ndarra
 def test_teal_cap_agrees_with_the_other_cameras(shared: Callable[[str], Path]) -> None:
     folder = shared("data/video/pose2sim_single")
     cameras = qualisys_cameras(folder / "Calib.qca.txt")
-    tracks = [pt.track_patch(folder / f"cam0{k + 1}.mp4", box) for k, box in enumerate(CAP_BOXES)]
+    tracks = [track_patch(folder / f"cam0{k + 1}.mp4", box) for k, box in enumerate(CAP_BOXES)]
     pixels = [track.pixel.copy() for track in tracks]
     for k in (0, 1):
         pixels[k][:, 0] *= 1088 / 1080  # these two were stored narrower than they were calibrated

@@ -15,8 +15,10 @@ from conftest import load_arm
 from scipy.io import loadmat
 
 import pytracker as pt
-from pytracker.methods import ArmMethod
+from pytracker.evidence import sight
+from pytracker.methods.arm import ArmMethod
 from pytracker.rotation import multiply, rotation_vector_to_quaternion, triple
+from pytracker.simulate import ArmSimulation
 from pytracker.simulate.arm import look_at
 
 BEST = pt.Joint(offset=False)
@@ -61,7 +63,7 @@ def circle(method: ArmMethod, **scene: float) -> Pooled:
     """The simulated 20 s circle, seeds 1 to 10, 4 px."""
     tracks = []
     for seed in range(1, 11):
-        simulation = pt.ArmSimulation(pt.ArmScene(**scene), seed)  # type: ignore[arg-type]
+        simulation = ArmSimulation(pt.ArmScene(**scene), seed)  # type: ignore[arg-type]
         sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
         tracks.append(pt.track(simulation.recording(), method, seed, sightings=sightings))
     return pool(tracks)
@@ -97,7 +99,7 @@ def test_the_constraint_is_what_helps() -> None:
 @pytest.fixture(scope="module")
 def arm_circle(shared: Callable[[str], Path]) -> tuple[pt.ArmRecording, pt.Sightings]:
     recording = load_arm(shared("recordings/arm-circle"))
-    return recording, pt.sight(recording)
+    return recording, sight(recording)
 
 
 def test_arm_circle_patch(arm_circle: tuple[pt.ArmRecording, pt.Sightings]) -> None:
@@ -147,7 +149,7 @@ def broad(path: Path, azimuths_deg: tuple[float, ...], seed: int) -> tuple[pt.Ar
         if k > first:
             q[k] = multiply(q[k - 1], turned[k - 1])
     use = np.arange(len(q)) >= first
-    imu = pt.Imu(time_s=time_s[use], acc=data["imu_acc"][use], q_world_sensor=q[use], gyr=data["imu_gyr"][use])
+    imu = pt.Imu(time_s=time_s[use], acc=data["imu_acc"][use], q_world_segment=q[use], gyr=data["imu_gyr"][use])
     centre = np.nanmean(position, axis=0)
     distance = 3.0
     cameras = [look_at(triple(centre), a, 0.0, distance, (0.0, 0.0, 0.0)) for a in azimuths_deg]

@@ -9,16 +9,17 @@ import pytest
 from test_cli import run
 
 import pytracker as pt
-from pytracker.body_methods import BodyMethod
-from pytracker.methods import ArmMethod
+from pytracker.methods.arm import ArmMethod
+from pytracker.methods.body import BodyMethod
 from pytracker.report.cycle_figures import one_cycle, snapshots
+from pytracker.simulate import ArmSimulation
 
 Simulated = tuple[pt.ArmRecording, pt.Sightings]
 
 
 @pytest.fixture(scope="module")
 def circle() -> Simulated:
-    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=2.0, occlusions=((1.0, 1.2),)), 1)
+    simulation = ArmSimulation(pt.ArmScene(duration_s=2.0, occlusions=((1.0, 1.2),)), 1)
     return simulation.recording(), pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
 
 

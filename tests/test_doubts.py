@@ -11,16 +11,17 @@ import pytracker as pt
 from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation
+from pytracker.tracking import ArmTrack
 
 
-def tracked(pattern: str, seed: int, heading_deg: float = 0.0, offset_s: float = 0.0) -> pt.ArmTrack:
+def tracked(pattern: str, seed: int, heading_deg: float = 0.0, offset_s: float = 0.0) -> ArmTrack:
     """A simulated recording, 4 px, whose IMU is said to be turned and late."""
     simulation = ArmSimulation(pt.ArmScene(pattern=pattern, duration_s=12.0), seed)
     recording = simulation.recording()
     imu = recording.imus[0]
     turn = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.radians(heading_deg)]))
-    q = np.ascontiguousarray(multiply(turn, imu.q_world_sensor))
-    imu = dataclasses.replace(imu, q_world_sensor=q, time_s=imu.time_s + offset_s)
+    q = np.ascontiguousarray(multiply(turn, imu.q_world_segment))
+    imu = dataclasses.replace(imu, q_world_segment=q, time_s=imu.time_s + offset_s)
     sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
     return pt.track(
         dataclasses.replace(recording, imus=(imu,)), pt.Ekf(corrections=("colour", "arm_length")), sightings=sightings

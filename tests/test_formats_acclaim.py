@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pytracker as pt
+from pytracker.formats import read_amc, read_asf, write_amc
 
 ASF = """# comment
 :version 1.10
@@ -74,7 +75,7 @@ def asf(tmp_path: Path, text: str = ASF, name: str = "a.asf", encoding: str = "u
 
 
 def test_lengths_are_inches_over_the_unit(tmp_path: Path) -> None:
-    skeleton = pt.read_asf(asf(tmp_path))
+    skeleton = read_asf(asf(tmp_path))
     assert [bone.name for bone in skeleton.bones] == ["root", "spine", "arm"]
     assert skeleton.bones[1].reach_m == pytest.approx((0.0, 9 / 0.45 * 0.0254, 0.0))
     assert skeleton.channels[:3] == ("root_tx", "root_ty", "root_tz")
@@ -98,8 +99,8 @@ def test_lengths_are_inches_over_the_unit(tmp_path: Path) -> None:
 )
 def test_liberties_that_files_take(tmp_path: Path, change: object) -> None:
     assert callable(change)
-    changed = pt.read_asf(asf(tmp_path, change(ASF), "b.asf", "latin-1"))
-    assert changed.bones == pt.read_asf(asf(tmp_path)).bones
+    changed = read_asf(asf(tmp_path, change(ASF), "b.asf", "latin-1"))
+    assert changed.bones == read_asf(asf(tmp_path)).bones
 
 
 @pytest.mark.parametrize(
@@ -126,14 +127,14 @@ def test_liberties_that_files_take(tmp_path: Path, change: object) -> None:
 def test_a_fault_in_a_skeleton_is_named(tmp_path: Path, old: str, new: str, expected: str) -> None:
     assert ASF.count(old) == 1 or old in ("length 0.45", "     length 9\n")
     with pytest.raises(pt.InputError) as error:
-        pt.read_asf(asf(tmp_path, ASF.replace(old, new, 1)))
+        read_asf(asf(tmp_path, ASF.replace(old, new, 1)))
     assert expected in str(error.value)
     assert "a.asf" in str(error.value)
 
 
 def test_motion_in_metres_and_radians(tmp_path: Path) -> None:
-    skeleton = pt.read_asf(asf(tmp_path))
-    motion = pt.read_amc(asf(tmp_path, AMC.replace("\n", "\r\n"), "a.amc"), skeleton)
+    skeleton = read_asf(asf(tmp_path))
+    motion = read_amc(asf(tmp_path, AMC.replace("\n", "\r\n"), "a.amc"), skeleton)
     assert motion.poses.shape == (2, 10)
     assert motion.poses[0, :6] == pytest.approx([0.0564444, 0.1128889, 0.1693333, 0, 0, math.pi / 2], abs=1e-6)
     assert motion.poses[:, 9] == pytest.approx(np.radians([-30, -31]))
@@ -141,8 +142,8 @@ def test_motion_in_metres_and_radians(tmp_path: Path) -> None:
 
 
 def test_a_bone_that_is_missing_is_said(tmp_path: Path) -> None:
-    skeleton = pt.read_asf(asf(tmp_path))
-    motion = pt.read_amc(asf(tmp_path, AMC.replace("arm -31\n", ""), "a.amc"), skeleton)
+    skeleton = read_asf(asf(tmp_path))
+    motion = read_amc(asf(tmp_path, AMC.replace("arm -31\n", ""), "a.amc"), skeleton)
     assert motion.poses[1, 9] == 0
     assert len(motion.warnings) == 1
     assert "bone 'arm' is missing in 1 of 2 frames; its angles are taken as 0" in motion.warnings[0]
@@ -164,20 +165,20 @@ def test_a_bone_that_is_missing_is_said(tmp_path: Path) -> None:
     ],
 )
 def test_a_fault_in_a_motion_is_named(tmp_path: Path, old: str, new: str, expected: str) -> None:
-    skeleton = pt.read_asf(asf(tmp_path))
+    skeleton = read_asf(asf(tmp_path))
     with pytest.raises(pt.InputError) as error:
-        pt.read_amc(asf(tmp_path, AMC.replace(old, new, 1), "a.amc"), skeleton)
+        read_amc(asf(tmp_path, AMC.replace(old, new, 1), "a.amc"), skeleton)
     assert expected in str(error.value)
 
 
 def test_an_empty_motion_and_poses_that_cannot_be_written(tmp_path: Path) -> None:
-    skeleton = pt.read_asf(asf(tmp_path))
+    skeleton = read_asf(asf(tmp_path))
     with pytest.raises(pt.InputError, match="holds no frame"):
-        pt.read_amc(asf(tmp_path, ":DEGREES\n", "a.amc"), skeleton)
+        read_amc(asf(tmp_path, ":DEGREES\n", "a.amc"), skeleton)
     with pytest.raises(pt.InputError, match=r"shape \(2, 3\), expected \(T, 10\)"):
-        pt.write_amc(tmp_path / "b.amc", skeleton, np.zeros((2, 3)))
+        write_amc(tmp_path / "b.amc", skeleton, np.zeros((2, 3)))
     with pytest.raises(pt.InputError, match="pose 0: root_ty is nan"):
-        pt.write_amc(tmp_path / "b.amc", skeleton, np.array([[0, math.nan, *[0.0] * 8]]))
+        write_amc(tmp_path / "b.amc", skeleton, np.array([[0, math.nan, *[0.0] * 8]]))
 
 
 def mangled(text: str) -> st.SearchStrategy[str]:
@@ -209,7 +210,7 @@ def test_no_skeleton_raises_anything_else(tmp_path_factory: pytest.TempPathFacto
     path = tmp_path_factory.getbasetemp() / "fuzz.asf"
     path.write_text(text, "utf-8")
     try:
-        skeleton = pt.read_asf(path)
+        skeleton = read_asf(path)
     except pt.InputError:
         return
     starts, ends, _ = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
@@ -223,9 +224,9 @@ def test_no_motion_raises_anything_else(tmp_path_factory: pytest.TempPathFactory
     folder = tmp_path_factory.getbasetemp()
     path = folder / "fuzz.amc"
     path.write_text(text, "utf-8")
-    skeleton = pt.read_asf(asf(folder, name="whole.asf"))
+    skeleton = read_asf(asf(folder, name="whole.asf"))
     try:
-        motion = pt.read_amc(path, skeleton)
+        motion = read_amc(path, skeleton)
     except pt.InputError:
         return
     assert np.isfinite(motion.poses).all()

@@ -19,6 +19,7 @@ from pytracker.rotation import (
     matrix_to_quaternion,
     rotate,
 )
+from pytracker.simulate import ArmSimulation
 
 HEADER = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
 
@@ -154,7 +155,7 @@ def test_stated_rate_must_agree(tmp_path: Path) -> None:
 
 def test_orientation_by_vqf(tmp_path: Path) -> None:
     """The simulated gyroscope and accelerometer give back the tilt; the heading is said to be unknown."""
-    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=20.0, dropped_imu=0.02), seed=3)
+    simulation = ArmSimulation(pt.ArmScene(duration_s=20.0, dropped_imu=0.02), seed=3)
     imu = simulation.imu
     assert imu.gyr is not None
     table = np.column_stack([imu.time_s, imu.acc, imu.gyr]).tolist()

@@ -15,6 +15,7 @@ from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_checks import check
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.simulate import ArmSimulation
 
 ACC, GYR, QUATERNION = slice(1, 4), slice(4, 7), slice(7, 11)
 
@@ -22,9 +23,9 @@ ACC, GYR, QUATERNION = slice(1, 4), slice(4, 7), slice(7, 11)
 @pytest.fixture(scope="module")
 def arm() -> Array:
     """20 s of a simulated wrist: time, acceleration, turn rate, orientation."""
-    imu = pt.ArmSimulation(pt.ArmScene(duration_s=20.0), seed=4).imu
+    imu = ArmSimulation(pt.ArmScene(duration_s=20.0), seed=4).imu
     assert imu.gyr is not None
-    return np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_sensor])
+    return np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_segment])
 
 
 def told(tmp_path: Path, table: Array, header: str = HEADER) -> str:

@@ -7,7 +7,8 @@ import pytest
 from scipy import stats
 
 import pytracker as pt
-from pytracker.intervals import mean_interval, paired_difference, paired_ratio, student_975
+from pytracker.scores.intervals import mean_interval, paired_difference, paired_ratio
+from pytracker.student import student_975
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 4, 5, 6, 7, 10, 32, 39, 500])

@@ -19,7 +19,7 @@ from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoint_models import MODELS, name_of
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
-from pytracker.load_keypoints import in_pixels
+from pytracker.recording.keypoints import in_pixels
 from pytracker.rotation import Array
 
 INFO = VideoInfo(width=640, height=480, frame_count=3, rate_hz=30.0)

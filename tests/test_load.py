@@ -11,6 +11,7 @@ from conftest import load_arm
 
 import pytracker as pt
 from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.simulate import ArmSimulation
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def edit(folder: Path, old: str, new: str) -> Path:
 
 def test_a_simulated_folder_loads_as_it_was_made(simulated: Path) -> None:
     recording = load_arm(simulated)
-    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=3.0), seed=11)
+    simulation = ArmSimulation(pt.ArmScene(duration_s=3.0), seed=11)
     assert recording.arm == simulation.arm
     assert np.allclose(recording.views[0].camera.rotation, simulation.cameras[0].rotation, atol=1e-8)
     assert np.allclose(recording.imus[0].acc, simulation.imu.acc, atol=1e-6)
@@ -140,7 +141,7 @@ def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> Non
             straight.time_s,
             rotate(conjugate(mount), straight.acc),
             rotate(conjugate(mount), straight.gyr),
-            multiply(multiply(conjugate(heading), straight.q_world_sensor), mount),
+            multiply(multiply(conjugate(heading), straight.q_world_segment), mount),
         ]
     )
     header = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
@@ -148,7 +149,7 @@ def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> Non
     edit(folder, 'segment = "right_forearm"', f"heading_deg = 40.0\nmount = {mount.tolist()}")
     turned = load_arm(folder).imus[0]
     assert np.allclose(turned.acc, straight.acc, atol=1e-6)
-    assert np.allclose(np.abs((turned.q_world_sensor * straight.q_world_sensor).sum(axis=1)), 1, atol=1e-6)
+    assert np.allclose(np.abs((turned.q_world_segment * straight.q_world_segment).sum(axis=1)), 1, atol=1e-6)
 
 
 def test_start_from_truth_or_from_the_patch(folder: Path) -> None:

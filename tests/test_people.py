@@ -15,6 +15,7 @@ from pytracker.evidence.silhouette import Silhouette, read_background
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import frames
 from pytracker.rotation import Array
+from pytracker.tracking import BodyTrack
 
 KEPT_BACK = ("21", "24", "31")
 WRISTS = ("left_wrist", "right_wrist")
@@ -36,7 +37,7 @@ def errors(recording: pt.BodyRecording, folder: Path, joints: dict[str, Array], 
 
 
 @pytest.fixture(scope="module")
-def tracked(shared_people: list[Path]) -> list[tuple[Path, pt.BodyTrack]]:
+def tracked(shared_people: list[Path]) -> list[tuple[Path, BodyTrack]]:
     tracks = []
     for folder in shared_people:
         recording = pt.load(folder)
@@ -51,7 +52,7 @@ def shared_people(shared: Callable[[str], Path]) -> list[Path]:
     return [shared(f"recordings/people-gesture-{number}") for number in KEPT_BACK]
 
 
-def test_wrists_are_followed_where_the_held_pose_loses_them(tracked: list[tuple[Path, pt.BodyTrack]]) -> None:
+def test_wrists_are_followed_where_the_held_pose_loses_them(tracked: list[tuple[Path, BodyTrack]]) -> None:
     """Before, with blobs alone: 19 cm, 16 % lost; the first pose held 14 cm, 26 % lost."""
     ours, held = [], []
     for folder, track in tracked:
@@ -68,7 +69,7 @@ def test_wrists_are_followed_where_the_held_pose_loses_them(tracked: list[tuple[
     assert (across > 0.20).mean() < 0.3 * (still_across > 0.20).mean()
 
 
-def test_bands_hold_real_wrists_and_elbows(tracked: list[tuple[Path, pt.BodyTrack]]) -> None:
+def test_bands_hold_real_wrists_and_elbows(tracked: list[tuple[Path, BodyTrack]]) -> None:
     inside = []
     for folder, track in tracked:
         truth = read_truth_csv(folder / "truth.csv").positions_m
@@ -79,7 +80,7 @@ def test_bands_hold_real_wrists_and_elbows(tracked: list[tuple[Path, pt.BodyTrac
     assert np.mean(inside, axis=0).min() > 0.7
 
 
-def test_frames_are_valid_while_the_track_is_right(tracked: list[tuple[Path, pt.BodyTrack]]) -> None:
+def test_frames_are_valid_while_the_track_is_right(tracked: list[tuple[Path, BodyTrack]]) -> None:
     assert np.mean([track.valid.mean() for _, track in tracked]) > 0.6
 
 
@@ -116,6 +117,6 @@ def test_points_a_tenth_too_large_are_told(simulated_body: Path, tmp_path: Path)
     assert "at the first frame the person's head is" in words
 
 
-def test_of_people_that_are_described_rightly_nothing_is_said(tracked: list[tuple[Path, pt.BodyTrack]]) -> None:
+def test_of_people_that_are_described_rightly_nothing_is_said(tracked: list[tuple[Path, BodyTrack]]) -> None:
     for _, track in tracked:
         assert pt.doubts(track) == ()

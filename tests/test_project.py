@@ -22,6 +22,8 @@ def imports(path: Path) -> set[str]:
     for node in ast.walk(ast.parse(path.read_text("utf-8"))):
         if isinstance(node, ast.Import):
             found |= {name.name for name in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module == "pytracker":
+            found |= {f"pytracker.{name.name}" for name in node.names if name.name.islower()}
         elif isinstance(node, ast.ImportFrom) and node.module:
             found.add(node.module)
     return found
@@ -48,71 +50,74 @@ def test_libraries_stay_in_their_rooms() -> None:
     assert all(path.startswith(allowed) for path in files_that_import("cv2"))
     assert all(path.startswith("report/") for path in files_that_import("matplotlib"))
     assert all(path.startswith("cli/") for path in files_that_import("typer") | files_that_import("rich"))
-    assert files_that_import("pydantic") == {"schema.py", "study/file.py", "toml_file.py"}
+    assert files_that_import("pydantic") == {"recording/schema.py", "study/file.py", "formats/toml_file.py"}
     assert files_that_import("distributed") == {"study/schedule.py"}
     assert files_that_import("pyarrow") == {"study/store.py"}
     rust = [path for path in (ROOT / "rust").rglob("*.rs") if "pyo3" in path.read_text("utf-8")]
     assert all("python" in path.parts or path.name == "python.rs" for path in rust)
 
 
-def module_of(path: Path) -> str:
-    """`pytracker.report.page`, `pytracker.report` for its `__init__`."""
-    parts = list(path.relative_to(ROOT).with_suffix("").parts)
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+def room_of(module: str) -> str:
+    """`report` for `pytracker.report.page`; empty for what is not ours, or is the face, or the compiled half."""
+    parts = module.split(".")
+    return parts[1] if parts[0] == "pytracker" and len(parts) > 1 and not parts[1].startswith("_") else ""
 
 
-def is_file(module: str) -> bool:
-    """Whether there is such a file of ours."""
-    path = ROOT.joinpath(*module.split("."))
-    return path.with_suffix(".py").is_file() or (path / "__init__.py").is_file()
+def files_of(room: str) -> list[Path]:
+    return sorted((PACKAGE / room).rglob("*.py")) or [PACKAGE / f"{room}.py"]
 
 
-def needed_at_once(path: Path) -> set[str]:
-    """Modules of ours that a file imports as it is loaded: not for types alone, and not within a function."""
-    found = set()
-    for node in ast.parse(path.read_text("utf-8")).body:
-        if isinstance(node, ast.ImportFrom) and node.module:
-            inner = {f"{node.module}.{name.name}" for name in node.names}
-            # Of a package the module that is named.
-            modules = {name for name in inner if is_file(name)}
-            found |= modules if len(modules) == len(inner) else {node.module, *modules}
-        elif isinstance(node, ast.Import):
-            found |= {name.name for name in node.names}
-    return found
+def needs() -> dict[str, set[str]]:
+    """Which rooms, folders and files of the package, each imports: anywhere in it, for types alone too."""
+    rooms = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.suffix == ".py" or path.is_dir()}
+    rooms -= {"__pycache__", "__init__", "__main__"}
+    found = {room: {room_of(module) for path in files_of(room) for module in imports(path)} for room in rooms}
+    return {room: others - {room, ""} for room, others in found.items()}
+
+
+def test_no_room_is_in_a_circle_of_imports() -> None:
+    """Read from the sources: whatever is added is looked at."""
+    order = list(graphlib.TopologicalSorter(needs()).static_order())
+    assert len(order) == len(set(order)) >= 15
 
 
 def test_no_file_is_in_a_circle_of_imports() -> None:
-    """Read from the sources: whatever is added is looked at."""
-    files = {module_of(path): path for path in PACKAGE.rglob("*.py") if "cli" not in path.parts}
-    # What is typed on the command line is the package as users have it, and starts from its face.
-    needs = {name: needed_at_once(path) & set(files) - {name} for name, path in files.items() if name != "pytracker"}
-    order = list(graphlib.TopologicalSorter(needs).static_order())
-    assert order.index("pytracker.rotation") < order.index("pytracker.load") < order.index("pytracker.report.write")
+    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
+    within = {name: {m for m in imports(path) if m in files} for name, path in files.items()}
+    list(graphlib.TopologicalSorter(within).static_order())
 
 
-def test_data_flows_one_way() -> None:
-    """No stage imports a later one."""
-    stages = [
-        ["rotation"], ["skeleton", "average_skeleton"], ["formats"], ["recording"], ["projection", "schema"],
-        ["load", "load_arm", "load_body", "load_imu", "load_keypoints", "load_truth", "load_worn"],
-        ["evidence"], ["joint_track", "track", "track_arm", "track_body"],
-        ["found"], ["doubts"], ["setup"], ["cycle"], ["evaluate"], ["study"], ["report"], ["batch"],
-        ["reproduce"], ["cli"],
-    ]  # fmt: skip
-    order = {name: number for number, names in enumerate(stages) for name in names}
-    for path in PACKAGE.rglob("*.py"):
-        stage = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-        if stage not in order:
-            continue
-        for module in imports(path):
-            parts = module.split(".")
-            if parts[0] == "pytracker" and len(parts) > 1 and parts[1] in order:
-                # recording.py is what flows; evidence and track need it, formats do not.
-                assert order[parts[1]] <= order[stage], f"{path.name} imports {module}"
+def test_data_flows_the_way_that_the_package_says() -> None:
+    """No stage of the stream in the package's first lines needs a later one, by whatever way."""
+    line = re.search(r"Data flows one way: (.*?)\.\s", (pt.__doc__ or "").replace("\n", " "))
+    assert line is not None
+    stream = re.findall(r"`(\w+)`", line[1])
+    assert len(stream) >= 7
+    direct = needs()
+
+    def all_of(room: str) -> set[str]:
+        return direct[room] | {further for other in direct[room] for further in all_of(other)}
+
+    for k, room in enumerate(stream):
+        assert not all_of(room) & set(stream[k + 1 :]), room
+
+
+def test_the_face_is_small() -> None:
+    assert len(pt.__all__) <= 45
 
 
 def test_what_changes_no_number_is_there() -> None:
     assert all((PACKAGE / name).exists() for name in NO_NUMBERS)
+
+
+def test_the_core_has_the_defaults_of_the_methods() -> None:
+    """Who uses the crate without Python gets the same: read from the source, the unit that Python adds left out."""
+    text = (ROOT / "rust/arm/state.rs").read_text("utf-8")
+    body = text[text.index("impl Default for Noise") :].split("bias: None")[0]
+    ours = {name: float(value) for name, value in re.findall(r"(\w+): ([\d.]+),", body)}
+    theirs = {name.removesuffix("_m"): value for name, value in pt.Plain().parameters().items()}
+    assert len(ours) == 12
+    assert ours == {name: theirs[name] for name in ours}
 
 
 def test_every_public_name_is_documented() -> None:

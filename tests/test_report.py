@@ -14,6 +14,7 @@ from browser import SIZES, opened
 from conftest import load_arm
 
 import pytracker as pt
+from pytracker.evidence import sight
 from pytracker.formats.video import frames
 from pytracker.report.labels import HELD, labels
 from pytracker.report.tables import read_track
@@ -29,7 +30,7 @@ def tracks(tmp_path_factory: pytest.TempPathFactory) -> list[pt.Track]:
     folder = tmp_path_factory.mktemp("r") / "occluded"
     pt.simulate_arm(folder, pt.ArmScene(duration_s=4.0, occlusions=((2.0, 2.4),)), seed=3)
     recording = load_arm(folder)
-    sightings = pt.sight(recording)
+    sightings = sight(recording)
     return [pt.track(recording, method, 1, sightings=sightings) for method in METHODS]
 
 

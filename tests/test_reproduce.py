@@ -15,6 +15,9 @@ import pytracker as pt
 from pytracker.reproduce import PAPERS, printed
 from pytracker.reproduce.endings import endings, tracked
 from pytracker.reproduce.words import cm, comparison, plain_number, share, than, times
+from pytracker.scores import mean_interval, paired_ratio
+from pytracker.simulate import ArmSimulation
+from pytracker.study import Study, StudyRecording
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -117,15 +120,15 @@ def test_what_is_refused(tmp_path: Path) -> None:
 def test_pages_tell_of_runs_that_did_not_end_well(tmp_path: Path) -> None:
     # A bias that drives the particles through the camera.
     scene = pt.ArmScene(duration_s=2.0, acc_bias=30.0)
-    recording = pt.StudyRecording(name="circle", scene=scene, pixel_sd=4.0)
+    recording = StudyRecording(name="circle", scene=scene, pixel_sd=4.0)
     method = pt.Plain(particles=10)
-    table = pt.run_study(pt.Study(recordings=(recording,), methods=(method,), seeds=(1, 3, 4)), tmp_path / "out")
+    table = pt.run_study(Study(recordings=(recording,), methods=(method,), seeds=(1, 3, 4)), tmp_path / "out")
     said = endings(table, {"PF": method}, {"circle": ["circle"]})
     assert said.tables[0].rows == [["PF", "2 lost"]]
     assert "favours the method that was lost" in said.words[0]
     kept = endings(table, {"EKF": pt.Ekf()}, {"circle": ["circle"]})
     assert kept.words == ("Every run kept its track to the end.",)
-    simulation = pt.ArmSimulation(scene, 3)
+    simulation = ArmSimulation(scene, 3)
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
     found, words = tracked(simulation.recording(), method, 3, sightings)
     assert found is not None
@@ -134,14 +137,14 @@ def test_pages_tell_of_runs_that_did_not_end_well(tmp_path: Path) -> None:
 
 def test_words_of_numbers() -> None:
     nan = float("nan")
-    interval = pt.mean_interval([0.03, 0.04, 0.05])
+    interval = mean_interval([0.03, 0.04, 0.05])
     assert cm(interval) == "4.0 ± 2.5"
     assert share(interval) == "4 ± 2 %"
-    assert share(interval, pt.mean_interval([0.5])) == "4 ± 2 · 50 %"
-    assert cm(pt.mean_interval([0.0077, 0.0079])) == "0.8 ± 0.1"
-    assert cm(pt.mean_interval([0.00771, 0.00772, 0.00773])) == "0.77 ± 0.00"
-    assert cm(pt.mean_interval([1.234])) == "123"
-    assert times(pt.paired_ratio([2.0, 2.0], [1.0, 1.0])) == "2.0 (2.0 to 2.0)"
+    assert share(interval, mean_interval([0.5])) == "4 ± 2 · 50 %"
+    assert cm(mean_interval([0.0077, 0.0079])) == "0.8 ± 0.1"
+    assert cm(mean_interval([0.00771, 0.00772, 0.00773])) == "0.77 ± 0.00"
+    assert cm(mean_interval([1.234])) == "123"
+    assert times(paired_ratio([2.0, 2.0], [1.0, 1.0])) == "2.0 (2.0 to 2.0)"
     assert [plain_number(x) for x in (123.4, 12.34, 0.1234, -2.34)] == ["123", "12.3", "0.12", "-2.3"]
     ratio, difference, count, verdict = comparison([0.01, 0.012, 0.011], [0.02, 0.022, 0.023])
     assert ratio.startswith("0.51 (")

@@ -13,12 +13,13 @@ from typer.testing import CliRunner
 
 import pytracker as pt
 from pytracker.cli.entry import app
+from pytracker.evidence import sight
 from pytracker.evidence.coloured import find_candidates
 from pytracker.formats.imu import read_imu
 from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.video import frames, probe
-from pytracker.load_keypoints import load_keypoints
+from pytracker.recording.keypoints import load_keypoints
 from pytracker.report.check_page import render_check
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.setup.check_worn import given_axis
@@ -27,6 +28,7 @@ from pytracker.setup.draft import Draft
 from pytracker.setup.first_pose import first_pose
 from pytracker.setup.lag import find_lags
 from pytracker.setup.worn import mount_of
+from pytracker.skeleton import KEY_JOINTS
 
 SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"
 KNOWN = ("matrix", "rotation", "translation_m")
@@ -49,7 +51,7 @@ def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def sightings(simulated: Path) -> pt.Sightings:
     recording = pt.load(simulated)
     assert isinstance(recording, pt.ArmRecording)
-    return pt.sight(recording)
+    return sight(recording)
 
 
 def rows_of(folder: Path) -> Array:
@@ -111,7 +113,7 @@ def test_any_lag_is_found_from_the_movement_alone(offset_s: float, simulated: Pa
     recording = pt.load(simulated)
     assert isinstance(recording, pt.ArmRecording)
     imu = recording.imus[0]
-    world = rotate(imu.q_world_sensor, imu.acc) - np.array([0.0, 0.0, GRAVITY])
+    world = rotate(imu.q_world_segment, imu.acc) - np.array([0.0, 0.0, GRAVITY])
     best = find_lags(sightings.time_s, sightings.pixels[:, 0], imu.time_s - offset_s, world)[0]
     # The simulator's own clock is 20 ms off.
     assert best.offset_s == pytest.approx(offset_s, abs=0.045)
@@ -305,7 +307,7 @@ def test_a_persons_first_pose_is_found_from_a_detectors_keypoints(clip: str) -> 
     joints = recording.skeleton.joints(pose)
     off = [
         np.linalg.norm(joints[joint][0] - [truth[f"{joint}_{axis}_m"][0] for axis in "xyz"])
-        for joint in pt.KEY_JOINTS
+        for joint in KEY_JOINTS
         if joint != "head"  # the truth's is a crown
     ]
     assert np.mean(off) < 0.10

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.evidence import Silhouette, SilhouetteParameters, median_background, senses_of
 from pytracker.formats.video import Frame, frames
+from pytracker.recording import fit_weak_perspective
 
 PX_PER_M = 100.0
 
@@ -34,15 +36,15 @@ def test_a_person_is_foreground_and_a_shadow_is_not() -> None:
     background = wall()
     shaded = background.copy()
     shaded[60:110, 10:30] = (0.7 * shaded[60:110, 10:30]).astype(np.uint8)
-    found = pt.Silhouette(background, PX_PER_M)(person(shaded))
+    found = Silhouette(background, PX_PER_M)(person(shaded))
     assert (found.foreground[45:105, 65:95] > 0).all()
     assert (found.foreground[60:110, 10:30] > 0).mean() < 0.02
-    without = pt.Silhouette(background, PX_PER_M, pt.SilhouetteParameters(shadow_chroma=0))(person(shaded))
+    without = Silhouette(background, PX_PER_M, SilhouetteParameters(shadow_chroma=0))(person(shaded))
     assert (without.foreground[65:105, 14:26] > 0).all()
 
 
 def test_skin_is_found_where_it_is() -> None:
-    found = pt.Silhouette(wall(), PX_PER_M)(person(wall()))
+    found = Silhouette(wall(), PX_PER_M)(person(wall()))
     expected = np.array([(80, 30), (40, 70), (120, 70)])
     assert len(found.blobs) == 3
     apart = np.linalg.norm(found.blobs[:, None] - expected, axis=2)
@@ -55,9 +57,9 @@ def test_red_clothes_are_no_skin_in_any_light() -> None:
     image = person(wall())
     for k, light in enumerate(np.linspace(1.0, 0.3, 9)):
         cv2.rectangle(image, (60, 40 + 8 * k), (100, 48 + 8 * k), (60 * light, 60 * light, 150 * light), cv2.FILLED)
-    found = pt.Silhouette(wall(), PX_PER_M)(image)
+    found = Silhouette(wall(), PX_PER_M)(image)
     assert len(found.blobs) == 3
-    naive = pt.Silhouette(wall(), PX_PER_M, pt.SilhouetteParameters(skin_reddest=9.0))(image)
+    naive = Silhouette(wall(), PX_PER_M, SilhouetteParameters(skin_reddest=9.0))(image)
     assert (naive.skin[45:105, 65:95] > 0).any()
     assert not (found.skin[45:105, 65:95] > 0).any()
 
@@ -67,45 +69,45 @@ def test_skin_of_any_tone_is_skin(tone: tuple[int, int, int]) -> None:
     """From light to dark, BGR."""
     image = wall()
     cv2.circle(image, (80, 60), 9, tone, cv2.FILLED)
-    assert len(pt.Silhouette(wall(), PX_PER_M)(image).blobs) == 1
+    assert len(Silhouette(wall(), PX_PER_M)(image).blobs) == 1
 
 
 def test_a_bare_arm_offers_both_its_ends() -> None:
     image = wall()
     cv2.line(image, (50, 90), (80, 60), (125, 158, 214), 7)  # 42 cm long
-    found = pt.Silhouette(wall(), PX_PER_M)(image)
+    found = Silhouette(wall(), PX_PER_M)(image)
     assert len(found.blobs) == len(found.areas_px) == 2
     ends = np.array([(50, 90), (80, 60)])
     apart = np.linalg.norm(found.blobs[:, None] - ends, axis=2).min(axis=0)
     assert (apart > 2).all()
     assert (apart < 12).all()
-    whole = pt.SilhouetteParameters(bare_arm_m=9.0)
-    assert len(pt.Silhouette(wall(), PX_PER_M, whole)(image).blobs) == 1
+    whole = SilhouetteParameters(bare_arm_m=9.0)
+    assert len(Silhouette(wall(), PX_PER_M, whole)(image).blobs) == 1
 
 
 def test_edges_run_along_the_outline() -> None:
-    edges = pt.Silhouette(wall(), PX_PER_M)(person(wall())).edges
+    edges = Silhouette(wall(), PX_PER_M)(person(wall())).edges
     assert (edges[50:100, 57:64].max(axis=1) > 0).all()
     assert (edges[50:100, 70:90] > 0).mean() < 0.05
     assert not edges[:, :30].any()
 
 
 def test_an_empty_scene_is_no_error() -> None:
-    found = pt.Silhouette(wall(), PX_PER_M)(wall())
+    found = Silhouette(wall(), PX_PER_M)(wall())
     assert not found.edges.any()
     assert found.blobs.shape == (0, 2)
 
 
 def test_what_cannot_be_used_is_refused() -> None:
-    extract = pt.Silhouette(wall(), PX_PER_M)
+    extract = Silhouette(wall(), PX_PER_M)
     with pytest.raises(pt.InputError, match=r"frame is \(60, 160, 3\), expected \(120, 160, 3\)"):
         extract(wall()[:60])
     with pytest.raises(pt.InputError, match=r"background is uint8 \(120, 160\)"):
-        pt.Silhouette(wall()[..., 0], PX_PER_M)
+        Silhouette(wall()[..., 0], PX_PER_M)
     with pytest.raises(pt.InputError, match="px_per_m is 0"):
-        pt.Silhouette(wall(), 0.0)
+        Silhouette(wall(), 0.0)
     with pytest.raises(pt.InputError, match="no frame"):
-        pt.median_background(iter(()))
+        median_background(iter(()))
 
 
 def test_the_median_of_a_long_clip_is_the_background() -> None:
@@ -117,7 +119,7 @@ def test_the_median_of_a_long_clip_is_the_background() -> None:
             image[:, (3 * k) % 120 : (3 * k) % 120 + 40] = (150, 80, 40)
             yield Frame(k, k / 30, image)
 
-    assert np.abs(pt.median_background(clip()).astype(int) - background).max() == 0
+    assert np.abs(median_background(clip()).astype(int) - background).max() == 0
 
 
 @pytest.mark.parametrize("clothes", range(6))
@@ -125,7 +127,7 @@ def test_blobs_of_a_simulated_person_are_its_hands_and_head(tmp_path: Path, clot
     """In all clothes, red ones too. Where they are apart: a hand before the face is no blob of its own."""
     body = pt.load(pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=2.0, clothes=clothes), seed=11))
     assert isinstance(body, pt.BodyRecording)
-    extract = pt.senses_of(body).silhouette
+    extract = senses_of(body).silhouette
     near = []
     for frame in frames(body.view.video):
         k = int(np.argmin(np.abs(body.truth.time_s - frame.time_s))) if body.truth is not None else 0
@@ -147,7 +149,7 @@ def test_every_real_clip_gives_evidence(shared: Callable[[str], Path]) -> None:
     clips = {path.name: list(frames(path)) for path in sorted(shared("data/video/asl").glob("*.mkv"))}
     assert len(clips) == 15
     pool = [clip[k] for clip in clips.values() for k in np.linspace(0, len(clip) - 1, 8).astype(int)]
-    extract = pt.Silhouette(np.asarray(np.median([frame.image for frame in pool], axis=0), np.uint8), 480.0)
+    extract = Silhouette(np.asarray(np.median([frame.image for frame in pool], axis=0), np.uint8), 480.0)
     for name, clip in clips.items():
         found = [extract(frame.image) for frame in clip]
         assert np.mean([f.foreground.any() and f.edges.any() for f in found]) == 1.0, name
@@ -163,7 +165,7 @@ def test_fit_of_the_projection_is_least_squares_with_its_bounds() -> None:
     inside = []
     for _ in range(200):
         pixels = points @ true[:, :3].T + true[:, 3] + 3.0 * rng.standard_normal((42, 2))
-        fit = pt.fit_weak_perspective(points, pixels)
+        fit = fit_weak_perspective(points, pixels)
         inside.append((fit.low <= true) & (true <= fit.high))
     assert 0.92 < np.mean(inside, axis=0)[:, [0, 1, 3]].mean() < 0.98
     residual = pixels - (points @ fit.matrix[:, :3].T + fit.matrix[:, 3])

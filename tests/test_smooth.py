@@ -12,7 +12,7 @@ from test_arm_life import played, pooled
 
 import pytracker as pt
 from pytracker.evidence.sightings import Sightings
-from pytracker.found import found_by
+from pytracker.tracking.found import found_by
 
 KNOWN = pt.Smooth(
     upper_arm_sd_m=0.0, forearm_sd_m=0.0, shoulder_place_sd_m=0.0, mount_sd_rad=0.0, camera_turn_sd_rad=0.0,
@@ -62,14 +62,10 @@ def test_online_it_is_the_mixture() -> None:
     method = pt.Smooth()
     alike = {name: getattr(method, name) for name in ("arm_length_sd_m", "shoulder_sd_m", "shoulder_density")}
     whole = pt.track(recording, pt.Mixture(**alike), sightings=sightings)
-    tracker = pt.ArmTracker(recording.arm, recording.views[0].camera, method)
-    imu, k = recording.imus[0], 0
-    assert imu.gyr is not None
-    for row, (time_s, pixels) in enumerate(zip(sightings.time_s, sightings.pixels, strict=True)):
-        while k < len(imu.time_s) and imu.time_s[k] <= time_s:
-            tracker.predict(imu.time_s[k], imu.acc[k], imu.q_world_sensor[k], imu.gyr[k])
-            k += 1
-        assert (tracker.update(time_s, pixels[0]).wrist == whole.joints["wrist"].mean[row]).all()
+    tracker = pt.Tracker(recording, method)
+    source = recording.observations(sightings)
+    online = [found.places["wrist"].mean for observed in source if (found := tracker.observe(observed))]
+    assert np.array_equal(online, whole.joints["wrist"].mean)
 
 
 @pytest.mark.parametrize("late_s", [-0.06, 0.0, 0.08])
@@ -92,7 +88,7 @@ def test_after_a_pause_it_starts_again_and_nothing_crosses_it() -> None:
     assert imu.gyr is not None
     keep, frames = (imu.time_s < 5) | (imu.time_s > 7.5), (sightings.time_s < 5) | (sightings.time_s > 7.5)
     cut = dataclasses.replace(
-        imu, time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_sensor=imu.q_world_sensor[keep], gyr=imu.gyr[keep]
+        imu, time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_segment=imu.q_world_segment[keep], gyr=imu.gyr[keep]
     )
     seen = Sightings.of(sightings.time_s[frames], sightings.pixels[frames])
     track = pt.track(dataclasses.replace(recording, imus=(cut,)), pt.Smooth(), sightings=seen)
@@ -107,7 +103,7 @@ def test_where_it_finds_no_trajectory_the_filters_estimates_stay_and_say_so(monk
 
     class Lost:
         def __init__(self, *arguments: object) -> None:
-            self.tracker = pt.ArmTracker(*arguments)  # type: ignore[arg-type]  # as they come
+            self.tracker = pt.Tracker(*arguments)  # type: ignore[arg-type]  # as they come
 
         def __getattr__(self, name: str) -> object:
             return getattr(self.tracker, name)
@@ -115,7 +111,7 @@ def test_where_it_finds_no_trajectory_the_filters_estimates_stay_and_say_so(monk
         def smoothed(self, *_: object, **__: object) -> None:
             raise pt.TrackingError("no way")
 
-    monkeypatch.setattr("pytracker.track_arm.ArmTracker", Lost)
+    monkeypatch.setattr("pytracker.tracking.arm.Tracker", Lost)
     track = pt.track(recording, pt.Smooth(), sightings=sightings)
     assert np.isfinite(track.joints["wrist"].mean).all()
     assert not track.valid.any()
@@ -143,7 +139,7 @@ def test_frames_before_the_first_sample_and_after_the_last_are_survived() -> Non
     assert imu.gyr is not None
     keep = (imu.time_s > 0.5) & (imu.time_s < 5.5)
     short = dataclasses.replace(
-        imu, time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_sensor=imu.q_world_sensor[keep], gyr=imu.gyr[keep]
+        imu, time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_segment=imu.q_world_segment[keep], gyr=imu.gyr[keep]
     )
     track = pt.track(dataclasses.replace(recording, imus=(short,)), pt.Smooth(), sightings=sightings)
     tracked = np.isfinite(track.joints["wrist"].mean[:, 0])
@@ -162,7 +158,7 @@ def beside(recording: pt.ArmRecording, sightings: Sightings, by_m: float) -> pt.
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_shoulder_that_is_elsewhere_is_found_and_told(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """By 10 cm to the side, on lively gestures, the wrist is as right as with the true shoulder; 15 cm are told."""
-    monkeypatch.setattr(importlib.import_module("pytracker.doubts"), "_of_arm", lambda *_: ())
+    monkeypatch.setattr(importlib.import_module("pytracker.tracking.doubts"), "_of_arm", lambda *_: ())
     recording, sightings = played(LIVELY, seed)
     assert pt.doubts(beside(recording, sightings, 0.0)) == ()
     wrist = pt.evaluate(beside(recording, sightings, 0.1), recording.truth).joints["wrist"]

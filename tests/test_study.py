@@ -11,6 +11,8 @@ import pytest
 from study_cases import CIRCLE, METHODS, SCENE, asked, small
 
 import pytracker as pt
+from pytracker.simulate import ArmSimulation
+from pytracker.study import Study, StudyRecording
 from pytracker.study import study as study_module
 from pytracker.study.execute import COLUMNS
 
@@ -34,7 +36,7 @@ ASF = """:version 1.10
 
 def test_table_says_what_the_scores_say(tmp_path: Path) -> None:
     table = pt.run_study(small(), tmp_path / "out")
-    simulation = pt.ArmSimulation(SCENE, 2)
+    simulation = ArmSimulation(SCENE, 2)
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
     track = pt.track(simulation.recording(), METHODS[1], 2, sightings=sightings)
     wrist = pt.evaluate(track, simulation.truth).joints["wrist"]
@@ -67,7 +69,7 @@ def test_what_is_done_is_not_done_again(tmp_path: Path, monkeypatch: pytest.Monk
     second, known = asked(small(), tmp_path / "out")
     assert known == 6
     assert second == first
-    more = pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1, 2, 3))
+    more = Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1, 2, 3))
     assert asked(more, tmp_path / "out")[1] == 6
     monkeypatch.setattr(study_module, "fingerprint", lambda: "another build")
     assert asked(small(), tmp_path / "out")[1] == 0
@@ -76,8 +78,8 @@ def test_what_is_done_is_not_done_again(tmp_path: Path, monkeypatch: pytest.Monk
 def test_a_folder_with_other_content_is_another_recording(simulated: Path, tmp_path: Path) -> None:
     folder = tmp_path / "trial"
     shutil.copytree(simulated, folder)
-    recordings = (pt.StudyRecording(name="trial", folder=folder),)
-    study = pt.Study(recordings=recordings, methods=(pt.Layered(particles=50),), seeds=(1,))
+    recordings = (StudyRecording(name="trial", folder=folder),)
+    study = Study(recordings=recordings, methods=(pt.Layered(particles=50),), seeds=(1,))
     assert asked(study, tmp_path / "out")[1] == 0
     assert asked(study, tmp_path / "out")[1] == 1
     (folder / "result").mkdir()
@@ -92,12 +94,12 @@ def test_a_run_that_fails_is_recorded_and_stops_no_other(simulated_body: Path, t
     shutil.copytree(simulated_body, broken)
     (broken / "video.mp4").write_bytes(b"no video")
     recordings = (
-        pt.StudyRecording(name="broken", folder=broken),
-        pt.StudyRecording(name="absent", folder=tmp_path / "absent"),
-        pt.StudyRecording(name="good", folder=simulated_body),
+        StudyRecording(name="broken", folder=broken),
+        StudyRecording(name="absent", folder=tmp_path / "absent"),
+        StudyRecording(name="good", folder=simulated_body),
     )
     methods = (pt.BodyPlain(particles=20), pt.BodyPlain(particles=20, free=("no_such",)))
-    study = pt.Study(recordings=recordings, methods=methods, seeds=(1,))
+    study = Study(recordings=recordings, methods=methods, seeds=(1,))
     table, _ = asked(study, tmp_path / "out")
     assert (table.count("ok"), table.count("failed")) == (1, 5)
     assert "video.mp4" in str(table.where(recording="broken")[0]["error"])
@@ -119,7 +121,7 @@ def test_a_scene_with_another_motion_is_another_recording(simulated_body: Path, 
     skeleton = tmp_path / "a.asf"
     skeleton.write_text(ASF)
     scene = pt.BodyScene(duration_s=0.5, skeleton=str(skeleton), motion=str(simulated_body / "motion.amc"))
-    recording = pt.StudyRecording(name="own", scene=scene)
+    recording = StudyRecording(name="own", scene=scene)
     before = recording.digest()
     skeleton.write_text(ASF + "# another\n")
     assert len({before, recording.digest(), ""}) == 3
@@ -128,8 +130,8 @@ def test_a_scene_with_another_motion_is_another_recording(simulated_body: Path, 
 def test_messages_do_not_depend_on_where_it_ran(tmp_path: Path) -> None:
     """A simulated recording lies somewhere else each time."""
     scene = pt.ArmScene(duration_s=1.0, dropped_imu=0.99)
-    study = pt.Study(
-        recordings=(pt.StudyRecording(name="gaps", scene=scene),), methods=(pt.Layered(particles=10),), seeds=(0,)
+    study = Study(
+        recordings=(StudyRecording(name="gaps", scene=scene),), methods=(pt.Layered(particles=10),), seeds=(0,)
     )
     tables = [pt.run_study(study, tmp_path / str(k)).csv() for k in range(2)]
     assert tables[0] == tables[1]
@@ -138,9 +140,9 @@ def test_messages_do_not_depend_on_where_it_ran(tmp_path: Path) -> None:
 
 
 def test_where_takes_a_method_with_all_its_parameters(simulated_body: Path, tmp_path: Path) -> None:
-    recordings = (CIRCLE, pt.StudyRecording(name="person", folder=simulated_body))
+    recordings = (CIRCLE, StudyRecording(name="person", folder=simulated_body))
     methods = (pt.Plain(particles=50), pt.BodyPlain(particles=50))
-    table = pt.run_study(pt.Study(recordings=recordings, methods=methods, seeds=range(2)), tmp_path / "out")
+    table = pt.run_study(Study(recordings=recordings, methods=methods, seeds=range(2)), tmp_path / "out")
     assert {row["recording"] for row in table.where(method=methods[0])} == {"circle"}
     assert {row["recording"] for row in table.where(method=methods[1])} == {"person"}
     assert table.where(method=pt.Plain(particles=50, accel_density=9.0)) == []
@@ -159,8 +161,8 @@ def test_a_result_that_cannot_be_read_is_done_again(tmp_path: Path, text: str) -
 
 def test_a_lost_track_keeps_its_frames(tmp_path: Path) -> None:
     # A bias that drives the particles through the camera.
-    recording = pt.StudyRecording(name="circle", scene=pt.ArmScene(duration_s=2.0, acc_bias=30.0), pixel_sd=4.0)
-    study = pt.Study(recordings=(recording,), methods=(pt.Plain(particles=10),), seeds=(3,))
+    recording = StudyRecording(name="circle", scene=pt.ArmScene(duration_s=2.0, acc_bias=30.0), pixel_sd=4.0)
+    study = Study(recordings=(recording,), methods=(pt.Plain(particles=10),), seeds=(3,))
     table = pt.run_study(study, tmp_path / "out")
     assert table.count("lost") == 1
     row = table.where(joint="wrist")[0]
@@ -195,8 +197,8 @@ def test_it_takes_no_folder_that_is_something_else(tmp_path: Path) -> None:
 
 
 def test_a_name_that_a_spreadsheet_would_run_is_written_as_a_word(tmp_path: Path) -> None:
-    recording = pt.StudyRecording(name="=1+1", scene=pt.ArmScene(duration_s=1.0), pixel_sd=4.0)
-    study = pt.Study(recordings=(recording,), methods=(pt.Layered(particles=5),), seeds=(1,))
+    recording = StudyRecording(name="=1+1", scene=pt.ArmScene(duration_s=1.0), pixel_sd=4.0)
+    study = Study(recordings=(recording,), methods=(pt.Layered(particles=5),), seeds=(1,))
     pt.run_study(study, tmp_path / "out")
     table = (tmp_path / "out" / "table.csv").read_text().splitlines()
     assert table[1].startswith("'=1+1,")

@@ -10,6 +10,7 @@ import pytest
 from study_cases import CIRCLE, METHODS, SCENE, TOML
 
 import pytracker as pt
+from pytracker.study import Study, StudyRecording
 
 
 @pytest.mark.parametrize(
@@ -62,17 +63,17 @@ def test_a_study_file_is_what_it_says(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: pt.StudyRecording(name="a\rb", folder=Path()), "expected printable characters"),
-        (lambda: pt.StudyRecording(name="x", scene=SCENE, pixel_sd=float("inf")), "expected an arm's, 0 px or more"),
-        (lambda: pt.StudyRecording(name="x", scene=SCENE, seed=-5), "the seed is -5, expected a whole number"),
-        (lambda: pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1.5,)), "the seed is 1.5"),  # type: ignore[arg-type]
-        (lambda: pt.Study(recordings=(CIRCLE,), methods=METHODS, seeds=range(10**6)), "3000000 runs, expected at most"),
-        (lambda: pt.StudyRecording(name="x"), "has neither folder nor scene"),
-        (lambda: pt.StudyRecording(name="x", folder=Path(), seed=1), "seed and pixel_sd go with a scene"),
-        (lambda: pt.StudyRecording(name="x", scene=pt.BodyScene(), pixel_sd=1.0), "expected an arm's"),
-        (lambda: pt.Study(recordings=(), methods=METHODS, seeds=(1,)), "has no recording, expected at least one"),
-        (lambda: pt.Study(recordings=(CIRCLE,), methods=(pt.BodyPlain(),), seeds=(1,)), "the study has none"),
-        (lambda: pt.Study(recordings=(CIRCLE, CIRCLE), methods=METHODS, seeds=(1,)), "twice"),
+        (lambda: StudyRecording(name="a\rb", folder=Path()), "expected printable characters"),
+        (lambda: StudyRecording(name="x", scene=SCENE, pixel_sd=float("inf")), "expected an arm's, 0 px or more"),
+        (lambda: StudyRecording(name="x", scene=SCENE, seed=-5), "the seed is -5, expected a whole number"),
+        (lambda: Study(recordings=(CIRCLE,), methods=METHODS, seeds=(1.5,)), "the seed is 1.5"),  # type: ignore[arg-type]
+        (lambda: Study(recordings=(CIRCLE,), methods=METHODS, seeds=range(10**6)), "3000000 runs, expected at most"),
+        (lambda: StudyRecording(name="x"), "has neither folder nor scene"),
+        (lambda: StudyRecording(name="x", folder=Path(), seed=1), "seed and pixel_sd go with a scene"),
+        (lambda: StudyRecording(name="x", scene=pt.BodyScene(), pixel_sd=1.0), "expected an arm's"),
+        (lambda: Study(recordings=(), methods=METHODS, seeds=(1,)), "has no recording, expected at least one"),
+        (lambda: Study(recordings=(CIRCLE,), methods=(pt.BodyPlain(),), seeds=(1,)), "the study has none"),
+        (lambda: Study(recordings=(CIRCLE, CIRCLE), methods=METHODS, seeds=(1,)), "twice"),
     ],
 )
 def test_faults_of_a_study(make: Callable[[], object], message: str) -> None:

@@ -17,7 +17,7 @@ import pytest
 from study_cases import CIRCLE, METHODS, TOML, small
 
 import pytracker as pt
-from pytracker.study import schedule
+from pytracker.study import Study, StudyRecording, schedule
 from pytracker.study.schedule import on_dask
 
 
@@ -97,9 +97,9 @@ def test_killed_ten_times_and_gone_on_with(tmp_path: Path) -> None:
 def test_on_a_cluster_that_loses_a_worker(simulated: Path, tmp_path: Path) -> None:
     """Two worker processes; one is killed in mid-study: the same table, byte for byte. A changed folder is noticed."""
     distributed = pytest.importorskip("distributed")
-    video = pt.StudyRecording(name="person", scene=pt.BodyScene(duration_s=1.0))
+    video = StudyRecording(name="person", scene=pt.BodyScene(duration_s=1.0))
     methods = (*METHODS, pt.BodyPlain(particles=50), pt.Partitioned(particles=50))
-    study = pt.Study(recordings=(CIRCLE, video), methods=methods, seeds=tuple(range(1, 7)))
+    study = Study(recordings=(CIRCLE, video), methods=methods, seeds=tuple(range(1, 7)))
     here = pt.run_study(study, tmp_path / "here")
     killed: list[int] = []
     left = set(Path(tempfile.gettempdir()).glob("pytracker-*"))
@@ -116,8 +116,8 @@ def test_on_a_cluster_that_loses_a_worker(simulated: Path, tmp_path: Path) -> No
 
         there = pt.run_study(study, tmp_path / "there", scheduler=cluster.scheduler_address, progress=kill_one)
         trial = shutil.copytree(simulated, tmp_path / "trial")
-        recording = pt.StudyRecording(name="trial", folder=trial)
-        again = pt.Study(recordings=(recording,), methods=(pt.Layered(particles=50),), seeds=(1,))
+        recording = StudyRecording(name="trial", folder=trial)
+        again = Study(recordings=(recording,), methods=(pt.Layered(particles=50),), seeds=(1,))
         first = pt.run_study(again, tmp_path / "first", scheduler=cluster.scheduler_address)
         text = (trial / "recording.toml").read_text("utf-8")
         (trial / "recording.toml").write_text(text.replace("upper_arm_m = 0.3", "upper_arm_m = 0.32"), "utf-8")

@@ -11,10 +11,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import load_arm
+from conftest import arm_tracker, estimated, load_arm
 
 import pytracker as pt
-from pytracker.methods import METHODS, ArmMethod
+from pytracker.evidence import sight
+from pytracker.methods.arm import METHODS, ArmMethod
+from pytracker.simulate import ArmSimulation
+from pytracker.tracking import resample
 
 ALL: list[ArmMethod] = [
     pt.Inertial(),
@@ -28,35 +31,30 @@ ALL: list[ArmMethod] = [
 
 
 @pytest.fixture(scope="module")
-def simulation() -> pt.ArmSimulation:
-    return pt.ArmSimulation(pt.ArmScene(duration_s=2.0, occlusions=((1.0, 1.2),)), seed=9)
+def simulation() -> ArmSimulation:
+    return ArmSimulation(pt.ArmScene(duration_s=2.0, occlusions=((1.0, 1.2),)), seed=9)
 
 
 @pytest.fixture(scope="module")
-def sightings(simulation: pt.ArmSimulation) -> pt.Sightings:
+def sightings(simulation: ArmSimulation) -> pt.Sightings:
     return pt.Sightings.of(simulation.frame_time_s, simulation.sightings())
 
 
 @pytest.mark.parametrize("method", ALL, ids=lambda method: method.name)
-def test_online_gives_the_same_bytes(simulation: pt.ArmSimulation, sightings: pt.Sightings, method: ArmMethod) -> None:
+def test_online_gives_the_same_bytes(simulation: ArmSimulation, sightings: pt.Sightings, method: ArmMethod) -> None:
     track = pt.track(simulation.recording(), method, seed=3, sightings=sightings)
-    imu = simulation.imu
-    assert imu.gyr is not None
-    tracker = pt.ArmTracker(simulation.arm, simulation.cameras[0], method, seed=3)
-    sample = 0
-    for k, time_s in enumerate(sightings.time_s):
-        while sample < len(imu.time_s) and imu.time_s[sample] <= time_s:
-            tracker.predict(imu.time_s[sample], imu.acc[sample], imu.q_world_sensor[sample], imu.gyr[sample])
-            sample += 1
-        pixel = sightings.pixels[k, 0]
-        estimate = tracker.update(time_s, None if np.isnan(pixel[0]) else pixel)
-        assert np.array_equal(estimate.wrist, track.joints["wrist"].mean[k])
-        assert np.array_equal(estimate.wrist_hi, track.joints["wrist"].hi[k])
+    tracker = pt.Tracker(simulation.recording(), method, seed=3)
+    source = simulation.recording().observations(sightings)
+    estimates = [estimate for observed in source if (estimate := tracker.observe(observed))]
+    assert len(estimates) == len(sightings.time_s)
+    for k, estimate in enumerate(estimates):
+        assert np.array_equal(estimate.places["wrist"].mean, track.joints["wrist"].mean[k])
+        assert np.array_equal(estimate.places["elbow"].hi, track.joints["elbow"].hi[k])
         assert np.array_equal(estimate.covariance, track.state_covariance[k])
-    assert (estimate.ess is None) == (method.name in {"ekf", "inertial"})
+    assert (estimates[-1].ess is None) == (method.name in {"ekf", "inertial"})
 
 
-def test_threads_and_repeats_give_the_same_bytes(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+def test_threads_and_repeats_give_the_same_bytes(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
     method = pt.Joint(particles=36_000, bias=True)
     runs = [pt.track(simulation.recording(), method, 5, sightings=sightings, threads=n) for n in (1, 2, 7, None)]
     for run in runs[1:]:
@@ -67,25 +65,25 @@ def test_threads_and_repeats_give_the_same_bytes(simulation: pt.ArmSimulation, s
     assert not np.array_equal(other.state_mean, runs[0].state_mean)
 
 
-def test_copies_and_pickles_go_on_where_they_stand(simulation: pt.ArmSimulation) -> None:
-    tracker = pt.ArmTracker(simulation.arm, list(simulation.cameras), pt.Layered(particles=200), seed=1)
+def test_copies_and_pickles_go_on_where_they_stand(simulation: ArmSimulation) -> None:
+    tracker = arm_tracker(simulation.arm, list(simulation.cameras), pt.Layered(particles=200), seed=1)
     imu = simulation.imu
     for k in range(20):
-        tracker.predict(imu.time_s[k], imu.acc[k], imu.q_world_sensor[k])
-    tracker.update(0.195, simulation.sightings()[4, 0])
-    others = [copy.copy(tracker), pickle.loads(pickle.dumps(tracker)), pt.ArmTracker.restore(tracker.save())]  # noqa: S301
+        tracker.observe(pt.Observation.inertial(imu.time_s[k], imu.acc[k], imu.q_world_segment[k]))
+    tracker.observe(pt.Observation.patch(0.195, simulation.sightings()[4, 0]))
+    others = [copy.copy(tracker), pickle.loads(pickle.dumps(tracker)), pt.Tracker.restore(tracker.save())]  # noqa: S301
     for each in (tracker, *others):
-        each.predict(imu.time_s[20], imu.acc[20], imu.q_world_sensor[20])
-    expected = tracker.update(0.21, [300.0, 250.0]).mean
+        each.observe(pt.Observation.inertial(imu.time_s[20], imu.acc[20], imu.q_world_segment[20]))
+    expected = estimated(tracker, pt.Observation.patch(0.21, [300.0, 250.0])).mean
     for each in others:
-        assert np.array_equal(each.update(0.21, [300.0, 250.0]).mean, expected)
+        assert np.array_equal(estimated(each, pt.Observation.patch(0.21, [300.0, 250.0])).mean, expected)
     assert tracker.particles is not None
     assert tracker.particles.shape == (200, 6)
 
 
 @pytest.mark.parametrize("method", [pt.Ekf(), pt.Plain(particles=5000)], ids=["ekf", "plain"])
 def test_hidden_patch_widens_the_band_and_has_a_reason(
-    simulation: pt.ArmSimulation, sightings: pt.Sightings, method: ArmMethod
+    simulation: ArmSimulation, sightings: pt.Sightings, method: ArmMethod
 ) -> None:
     track = pt.track(simulation.recording(), method, 1, sightings=sightings)
     hidden = ~sightings.valid
@@ -95,7 +93,7 @@ def test_hidden_patch_widens_the_band_and_has_a_reason(
     assert track.joints["wrist"].sd[last].max() > track.joints["wrist"].sd[before].max()
 
 
-def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+def test_a_lost_track_keeps_what_came_before(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
     recording = simulation.recording()
     behind = pt.Arm(shoulder_m=(0.1, 9.0, 0.25), upper_arm_m=0.3, forearm_m=0.25, wrist_start_m=(0.2, 9.3, 1.0))
     lost = pt.ArmRecording(views=recording.views, imus=recording.imus, arm=behind, truth=recording.truth)
@@ -127,10 +125,10 @@ def test_a_lost_track_keeps_what_came_before(simulation: pt.ArmSimulation, sight
         (lambda: tracker_of(pt.Ekf(outlier_fraction=0.1)), "outlier_fraction is 0.1, expected 0 for a Gaussian method"),
         (lambda: tracker_of(pt.Ekf(corrections=("color",))), "correction 'color' is not known"),
         (lambda: tracker_of(pt.Plain(layers=(("inertial", ("colours",)),))), "likelihood 'colours' is not known"),
-        (lambda: pt.resample("residual", np.array([0.5, -0.5]), 3), "a weight is -0.5, expected a finite number"),
-        (lambda: pt.resample("residual", np.zeros(3), 3), "the sum of weights is 0, expected positive"),
+        (lambda: resample("residual", np.array([0.5, -0.5]), 3), "a weight is -0.5, expected a finite number"),
+        (lambda: resample("residual", np.zeros(3), 3), "the sum of weights is 0, expected positive"),
         (lambda: pt.ArmScene(pattern="spiral"), "pattern is 'spiral', expected one of: circle, rectangle, reach"),
-        (lambda: pt.ArmSimulation(pt.ArmScene(radius_m=0.5)), "m from the shoulder, expected less than 0.550 m"),
+        (lambda: ArmSimulation(pt.ArmScene(radius_m=0.5)), "m from the shoulder, expected less than 0.550 m"),
         (lambda: pt.Sightings.of(np.arange(3.0), np.zeros((4, 2))), "expected (T, 2) or (T, C, 2)"),
         (lambda: pt.Sightings.of(np.zeros(3), np.zeros((3, 2))), "expected (T,), finite and increasing"),
         (lambda: pt.Sightings.of(np.zeros(0), np.zeros((0, 2))), "expected (T,), finite and increasing"),
@@ -142,23 +140,55 @@ def test_bad_arguments_are_named(make: object, expected: str) -> None:
     assert expected in str(error.value)
 
 
-def tracker_of(method: ArmMethod) -> pt.ArmTracker:
-    simulation = pt.ArmSimulation(pt.ArmScene(duration_s=1.0))
-    return pt.ArmTracker(simulation.arm, simulation.cameras[0], method)
+def tracker_of(method: ArmMethod) -> pt.Tracker:
+    simulation = ArmSimulation(pt.ArmScene(duration_s=1.0))
+    return arm_tracker(simulation.arm, simulation.cameras[0], method)
 
 
-def test_wrong_shapes_are_named(simulation: pt.ArmSimulation) -> None:
-    tracker = tracker_of(pt.Layered())
-    imu, time_s = simulation.imu, np.zeros(1)
-    for acc, pixels, expected in (
-        (imu.acc[:, :2].copy(), np.zeros((1, 1, 2)), "acc has 2 columns, expected 3"),
-        (imu.acc[:5], np.zeros((1, 1, 2)), "acc has 5 rows, expected 201"),
-        (imu.acc, np.zeros((2, 1, 2)), "pixels has 2 rows, expected 1"),
-        (imu.acc, np.zeros((1, 1, 3)), "pixels has 3 coordinates, expected 2"),
-        (imu.acc, np.zeros((1, 2, 2)), "pixels has 2 cameras, expected 1"),
+def test_wrong_shapes_are_named(simulation: ArmSimulation) -> None:
+    imu, one = simulation.imu, np.zeros(1)
+    inertials, patches = pt.Observation.inertials, pt.Observation.patches
+    for expected, call in (
+        ("acc has 2 columns, expected 3", lambda: inertials(imu.time_s, imu.acc[:, :2].copy(), imu.q_world_segment)),
+        ("acc has 5 rows, expected 201", lambda: inertials(imu.time_s, imu.acc[:5], imu.q_world_segment)),
+        ("pixels has 2 rows, expected 1", lambda: patches(one, np.zeros((2, 1, 2)))),
+        ("pixels has 3 coordinates, expected 2", lambda: patches(one, np.zeros((1, 1, 3)))),
+        ("pixels has 2 cameras, expected 1", lambda: tracker_of(pt.Ekf()).run(patches(one, np.zeros((1, 2, 2))))),
     ):
         with pytest.raises(pt.InputError, match=expected):
-            tracker.run(imu.time_s, acc, imu.q_world_sensor, None, time_s, pixels)
+            call()
+
+
+def test_what_comes_late_is_put_in_order_and_refused_beyond_the_delay(
+    simulation: ArmSimulation, sightings: pt.Sightings
+) -> None:
+    """The camera is 0.1 s behind the IMU: the same bytes, only later."""
+    recording, method = simulation.recording(), pt.Layered(particles=100)
+    track = pt.track(recording, method, 4, sightings=sightings)
+    source = sorted(recording.observations(sightings), key=lambda o: o.time_s + 0.1 * o.is_frame)
+    late = pt.Tracker(recording, method, 4, delay_s=0.15)
+    found = [estimate for observed in source if (estimate := late.observe(observed))]
+    assert len(found) < len(sightings.time_s)
+    with pytest.raises(pt.InputError, match=r"observations wait, expected none: finish\(\) first"):
+        late.save()
+    found += late.finish()
+    assert np.array_equal([e.places["wrist"].mean for e in found], track.joints["wrist"].mean)
+    with pytest.raises(pt.InputError, match=r"frame 3: frame at 0\.12 s comes .* s after a later one"):
+        late.observe(pt.Observation.patch(0.12, (300.0, 250.0), 3))
+
+
+def test_an_observation_of_another_subject_is_refused(body: pt.BodyRecording) -> None:
+    turned = pt.Observation.orientation(0.0, "left_forearm", (1.0, 0.0, 0.0, 0.0), 0.1)
+    with pytest.raises(pt.InputError, match="orientation is not what this tracker takes"):
+        tracker_of(pt.Ekf()).observe(turned)
+    tracker = pt.Tracker(body, pt.BodyPlain(particles=5))
+    for other in (pt.Observation.patch(0.0, None), pt.Observation.inertial(0.0, (0.0, 0.0, 9.8), (1.0, 0.0, 0.0, 0.0))):
+        with pytest.raises(pt.InputError, match="is not what this tracker takes"):
+            tracker.observe(other)
+    with pytest.raises(pt.InputError, match="time between frames is not what"):
+        tracker.estimate(1.0)
+    with pytest.raises(pt.InputError, match="Layered tracks a recording of kind 'arm', this one is 'body'"):
+        pt.Tracker(body, pt.Layered())
 
 
 def test_every_method_has_a_name_and_documented_parameters() -> None:
@@ -181,14 +211,14 @@ def test_every_method_has_a_name_and_documented_parameters() -> None:
 def test_two_cameras_of_a_folder_are_one_time_axis(tmp_path: Path) -> None:
     folder = pt.simulate_arm(tmp_path / "two", pt.ArmScene(duration_s=2.0, cameras=2), seed=2)
     recording = load_arm(folder)
-    sightings = pt.sight(recording)
+    sightings = sight(recording)
     assert sightings.pixels.shape == (50, 2, 2)
     assert sightings.valid.all()
     scores = pt.evaluate(pt.track(recording, pt.Plain(), 1, sightings=sightings), recording.truth)
     assert scores.joints["wrist"].rms_m < 0.02
 
 
-def test_a_run_lets_the_interpreter_go(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+def test_a_run_lets_the_interpreter_go(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
     """While one thread tracks, another goes on."""
     done = threading.Event()
 
@@ -206,7 +236,7 @@ def test_a_run_lets_the_interpreter_go(simulation: pt.ArmSimulation, sightings: 
     assert ticks > 20
 
 
-def test_an_imu_time_that_jumps_is_met_not_waited_for(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+def test_an_imu_time_that_jumps_is_met_not_waited_for(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
     recording = simulation.recording()
     for value, expected in (
         (np.nan, r"IMU sample 60 has time nan s after"),
@@ -219,20 +249,22 @@ def test_an_imu_time_that_jumps_is_met_not_waited_for(simulation: pt.ArmSimulati
             pt.track(dataclasses.replace(recording, imus=(imu,)), pt.Layered(particles=50), sightings=sightings)
 
 
-def test_a_gap_in_the_imu_has_a_reason(simulation: pt.ArmSimulation, sightings: pt.Sightings) -> None:
+def test_a_gap_in_the_imu_has_a_reason(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
     recording = simulation.recording()
     imu = recording.imus[0]
     keep = (imu.time_s < 0.5) | (imu.time_s > 0.9)
     assert imu.gyr is not None
-    cut = pt.Imu(time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_sensor=imu.q_world_sensor[keep], gyr=imu.gyr[keep])
+    cut = pt.Imu(
+        time_s=imu.time_s[keep], acc=imu.acc[keep], q_world_segment=imu.q_world_segment[keep], gyr=imu.gyr[keep]
+    )
     track = pt.track(dataclasses.replace(recording, imus=(cut,)), pt.Layered(particles=200), sightings=sightings)
     assert track.reason[18] == "no IMU sample for 0.23 s"
     assert not track.valid[18]
 
 
-def test_the_same_frame_twice_is_refused(simulation: pt.ArmSimulation) -> None:
+def test_the_same_frame_twice_is_refused(simulation: ArmSimulation) -> None:
     tracker, imu = tracker_of(pt.Layered()), simulation.imu
-    tracker.predict(0.0, imu.acc[0], imu.q_world_sensor[0])
-    tracker.update(0.0, None)
+    tracker.observe(pt.Observation.inertial(0.0, imu.acc[0], imu.q_world_segment[0]))
+    tracker.observe(pt.Observation.patch(0.0, None))
     with pytest.raises(pt.InputError, match="frame at 0 s comes after 0 s was reached"):
-        tracker.update(0.0, None)
+        tracker.observe(pt.Observation.patch(0.0, None))

@@ -11,9 +11,9 @@ import pytest
 from test_cli import run
 
 import pytracker as pt
-from pytracker.evaluate import held
 from pytracker.formats.c3d import read_c3d
 from pytracker.formats.trc import read_trc
+from pytracker.scores.evaluate import held
 
 
 def test_real_trc_files_load(shared: Callable[[str], Path]) -> None:

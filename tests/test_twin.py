@@ -11,11 +11,13 @@ from numpy_twin import NumpyLayered, resample_residual
 
 import pytracker as pt
 from pytracker.rotation import rotate
+from pytracker.simulate import ArmSimulation
+from pytracker.tracking import resample
 
 Float = NDArray[np.float64]
 
 
-def samples_per_frame(simulation: pt.ArmSimulation) -> list[tuple[list[tuple[float, Float, Float]], Float]]:
+def samples_per_frame(simulation: ArmSimulation) -> list[tuple[list[tuple[float, Float, Float]], Float]]:
     """For every frame: (interval, acceleration, orientation) since the last, and the orientation there."""
     imu = simulation.imu
     frames, last = [], None
@@ -25,26 +27,26 @@ def samples_per_frame(simulation: pt.ArmSimulation) -> list[tuple[list[tuple[flo
             edges = [last, *imu.time_s[(imu.time_s > last) & (imu.time_s < time_s)], time_s]
             for start, end in itertools.pairwise(edges):
                 k = int(np.searchsorted(imu.time_s, start + 1e-9) - 1)
-                steps.append((end - start, imu.acc[k], imu.q_world_sensor[k]))
+                steps.append((end - start, imu.acc[k], imu.q_world_segment[k]))
         k = int(np.searchsorted(imu.time_s, time_s + 1e-9) - 1)
-        frames.append((steps, imu.q_world_sensor[k]))
+        frames.append((steps, imu.q_world_segment[k]))
         last = time_s
     return frames
 
 
-def without_gyroscope(simulation: pt.ArmSimulation) -> pt.ArmRecording:
+def without_gyroscope(simulation: ArmSimulation) -> pt.ArmRecording:
     recording = simulation.recording()
     imu = recording.imus[0]
-    plain = pt.Imu(time_s=imu.time_s, acc=imu.acc, q_world_sensor=imu.q_world_sensor)
+    plain = pt.Imu(time_s=imu.time_s, acc=imu.acc, q_world_segment=imu.q_world_segment)
     return pt.ArmRecording(views=recording.views, imus=(plain,), arm=recording.arm, truth=recording.truth)
 
 
 @pytest.fixture(scope="module")
-def simulation() -> pt.ArmSimulation:
-    return pt.ArmSimulation(pt.ArmScene(duration_s=2.0), seed=21)
+def simulation() -> ArmSimulation:
+    return ArmSimulation(pt.ArmScene(duration_s=2.0), seed=21)
 
 
-def test_ekf_is_the_textbook(simulation: pt.ArmSimulation) -> None:
+def test_ekf_is_the_textbook(simulation: ArmSimulation) -> None:
     """Written out once more, with numerical slopes."""
     method = pt.Ekf(corrections=("colour", "arm_length"))
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings())
@@ -76,7 +78,7 @@ def test_ekf_is_the_textbook(simulation: pt.ArmSimulation) -> None:
         assert np.allclose(track.state_covariance[k], covariance, atol=1e-7), k
 
 
-def test_layered_agrees_with_numpy_in_distribution(simulation: pt.ArmSimulation) -> None:
+def test_layered_agrees_with_numpy_in_distribution(simulation: ArmSimulation) -> None:
     """Over many seeds both give the same means, spreads and sample sizes, within their Monte-Carlo error.
 
     One run against one run says little: the two branches of the arm make single runs differ.
@@ -111,7 +113,7 @@ def test_layered_agrees_with_numpy_in_distribution(simulation: pt.ArmSimulation)
 def test_residual_resampling_has_the_same_expectation(rng: np.random.Generator) -> None:
     weights = rng.random(200) ** 4
     weights /= weights.sum()
-    ours = sum(np.bincount(pt.resample("residual", weights, 200, seed), minlength=200) for seed in range(2000))
+    ours = sum(np.bincount(resample("residual", weights, 200, seed), minlength=200) for seed in range(2000))
     twin = sum(np.bincount(resample_residual(weights, rng), minlength=200) for _ in range(2000))
     error = np.sqrt(np.maximum(weights * 200, 0.01) * 2000)
     assert np.all(np.abs(ours - weights * 200 * 2000) < 5 * error)

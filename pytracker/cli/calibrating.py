@@ -13,9 +13,9 @@ from pytracker.cli.options import Force, Quiet, check_new, say
 from pytracker.cli.terminal import frames_bar
 from pytracker.evidence.boards import Board, BoardKind
 from pytracker.formats.points import read_points
+from pytracker.formats.toml_file import parse_toml
 from pytracker.output import write_whole
 from pytracker.setup.calibrate import Intrinsics, calibrate_camera, find_pose
-from pytracker.toml_file import parse_toml
 
 __all__ = ["commands"]
 

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import MISSING, fields
 from typing import Any
 
-from pytracker.methods import Method
-from pytracker.registry import METHODS_OF
+from pytracker.methods.method import Method
+from pytracker.methods.registry import METHODS_OF
 
 __all__ = ["of_methods", "of_scene"]
 

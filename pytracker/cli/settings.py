@@ -7,8 +7,8 @@ from dataclasses import fields
 from typing import Any
 
 import pytracker as pt
-from pytracker.methods import Method
-from pytracker.registry import DEFAULTS, METHODS_OF, as_tuples, make_method, nearest
+from pytracker.methods.method import Method
+from pytracker.methods.registry import DEFAULTS, METHODS_OF, as_tuples, make_method, nearest
 
 __all__ = ["METHOD_WORDS", "chosen_method", "chosen_scene"]
 

@@ -19,8 +19,9 @@ from rich.progress import (
 from rich.table import Table
 
 import pytracker as pt
-from pytracker.evaluate import Scored, Scores, held
 from pytracker.report.labels import HELD, labels
+from pytracker.scores.evaluate import Scored, Scores, held
+from pytracker.skeleton import KEY_JOINTS
 
 __all__ = ["frames_bar", "print_comparison", "runs_bar"]
 
@@ -102,7 +103,7 @@ def _body_table(tracks: Sequence[pt.Track]) -> Table:
     table.add_column("method")
     truth = tracks[0].recording.truth
     assert truth is not None
-    joints = [joint for joint in pt.KEY_JOINTS if joint in truth.joints_m]
+    joints = [joint for joint in KEY_JOINTS if joint in truth.joints_m]
     for name in ("all ± sd", *(joint.replace("_", " ") for joint in joints)):
         table.add_column(name, justify="right")
     shown: list[tuple[str, Scored]] = [

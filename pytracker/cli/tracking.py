@@ -19,11 +19,12 @@ from pytracker.cli import parameters
 from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.cli.terminal import frames_bar, print_comparison
-from pytracker.doubts import unbelieved
-from pytracker.methods import Method
+from pytracker.evidence import sight
+from pytracker.methods.method import Method
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.index import render_index
 from pytracker.report.tables import read_run, read_track
+from pytracker.tracking.doubts import unbelieved
 
 __all__ = ["commands"]
 
@@ -245,7 +246,7 @@ def track_all(
     recording: pt.Recording, methods: Sequence[Method], seed: int, progress: Callable[[str, int], None] | None
 ) -> list[pt.Track]:
     """Every method on the same evidence; one that loses the track keeps what it had."""
-    sightings = pt.sight(recording, progress=progress) if isinstance(recording, pt.ArmRecording) else None
+    sightings = sight(recording, progress=progress) if isinstance(recording, pt.ArmRecording) else None
     tracks: list[pt.Track] = []
     for method in methods:
         try:

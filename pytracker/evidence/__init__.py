@@ -1,1 +1,35 @@
-"""Pixels to evidence, frame by frame."""
+"""Pixels to evidence, frame by frame, and all that was observed in order of time.
+
+| file | what |
+|---|---|
+| `camshift`, `sightings` | an arm's colour patch in one video, in all of them |
+| `silhouette`, `keypoints`, `senses` | a body's edges, skin and foreground; a detector's points; both of a frame |
+| `observations` | what a tracker takes, streamed in order of time |
+| `borne_out` | whether pictures bear a pose out |
+| `coloured`, `boards` | coloured things that move; calibration boards |
+"""
+
+from __future__ import annotations
+
+from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
+from pytracker.evidence.observations import observations
+from pytracker.evidence.senses import Senses, senses_of
+from pytracker.evidence.sightings import Sightings, sight
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters, median_background
+
+__all__ = [
+    "BodyEvidence",
+    "CamshiftParameters",
+    "PatchSighting",
+    "PatchTrack",
+    "PatchTracker",
+    "Senses",
+    "Sightings",
+    "Silhouette",
+    "SilhouetteParameters",
+    "median_background",
+    "observations",
+    "senses_of",
+    "sight",
+    "track_patch",
+]

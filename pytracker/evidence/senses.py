@@ -1,14 +1,13 @@
-"""All that is known of a body at a frame: what the picture shows, what a detector found, what sensors say."""
+"""All that a body's camera shows at a frame: what is seen in the picture, and what a detector found in it."""
 
 from __future__ import annotations
 
 import dataclasses
 
 from pytracker.evidence.keypoints import with_spreads
-from pytracker.evidence.orientations import Worn
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
 from pytracker.formats.video import Frame, frames
-from pytracker.recording import BodyRecording
+from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 
 __all__ = ["Senses", "senses_of"]
@@ -18,11 +17,10 @@ class Senses:
     """Frame by frame, in the order of the video or not."""
 
     def __init__(self, recording: BodyRecording, silhouette: Silhouette) -> None:
-        """Of a recording, whose pictures `silhouette` reads."""
+        """Of a recording, whose pictures `silhouette` reads; `run_s` adds up the time that it takes, with decoding."""
         view = recording.view
         self.silhouette = silhouette
-        self._start_s = view.start_s
-        self._worn = Worn(recording.imus, recording.imu_sds_rad)
+        self.run_s = 0.0
         self._keypoints: dict[int, Array] = {}
         if view.keypoints is not None:
             rows = with_spreads(view.keypoints)
@@ -30,11 +28,7 @@ class Senses:
 
     def __call__(self, frame: Frame) -> BodyEvidence:
         """What is known of it. Raises `InputError` for another size than the background's."""
-        return dataclasses.replace(
-            self.silhouette(frame.image),
-            keypoints=self._keypoints.get(frame.index),
-            orientations=self._worn(frame.time_s + self._start_s),
-        )
+        return dataclasses.replace(self.silhouette(frame.image), keypoints=self._keypoints.get(frame.index))
 
 
 def senses_of(recording: BodyRecording) -> Senses:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
 from pytracker.formats.video import Frame, frames
-from pytracker.recording import ArmRecording
+from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 
 __all__ = ["SAME_FRAME_S", "Progress", "Sightings", "sight"]

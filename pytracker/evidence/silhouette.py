@@ -28,9 +28,6 @@ MEDIAN_FRAMES = 61
 Region = tuple[NDArray[np.float32], Array]
 """Distances from a mask, and points on it."""
 
-Orientation = tuple[str, tuple[float, float, float, float], float, float]
-"""Segment, `q_world_segment`, standard deviations of direction and roll, rad."""
-
 REGION_POINTS = 32
 """So many points, evenly chosen, stand for a mask."""
 
@@ -101,8 +98,6 @@ class BodyEvidence:
         foreground_region: the same of the foreground.
         keypoints: of each person that a detector found u, v and standard deviation, px `(P, 9, 3)`, in the order of
             `pytracker._core.KEYPOINTS`; NaN where a joint was not seen.
-        orientations: what inertial sensors say: segment, `q_world_segment` w first, standard deviations of where it
-            points and of its roll, rad.
     """
 
     foreground: Image
@@ -113,7 +108,6 @@ class BodyEvidence:
     skin_region: Region | None = None
     foreground_region: Region | None = None
     keypoints: Array | None = None
-    orientations: tuple[Orientation, ...] = ()
 
 
 def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:

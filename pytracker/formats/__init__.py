@@ -1,1 +1,8 @@
-"""File formats, one a module: text and videos to arrays in SI units, with errors that name the place."""
+"""One file a format: readers that name file, line, value and expectation, and writers."""
+
+from __future__ import annotations
+
+from pytracker.formats.amc import Motion, read_amc, write_amc
+from pytracker.formats.asf import read_asf
+
+__all__ = ["Motion", "read_amc", "read_asf", "write_amc"]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.text import read_lines
 from pytracker.rotation import Array
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["Motion", "read_amc", "write_amc"]
 

@@ -16,7 +16,7 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.formats.text import read_lines
 from pytracker.rotation import Array, Matrix, triple
-from pytracker.skeleton import Bone, Skeleton
+from pytracker.skeleton.skeleton import Bone, Skeleton
 
 __all__ = ["read_asf"]
 

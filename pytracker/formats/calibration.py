@@ -17,8 +17,8 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.text import read_lines
+from pytracker.formats.toml_file import parse_toml
 from pytracker.rotation import Array, rotate, rotation_vector_to_quaternion
-from pytracker.toml_file import parse_toml
 
 __all__ = ["read_calibration"]
 

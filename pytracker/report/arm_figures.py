@@ -8,9 +8,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from pytracker.evaluate import WITHIN_M
 from pytracker.report.drawing import AXES, COLOURS, STYLE, TRUTH, legend_above, limit, line, shade_lost, svg, true
-from pytracker.track_arm import ArmTrack
+from pytracker.scores.evaluate import WITHIN_M
+from pytracker.tracking.arm import ArmTrack
 
 __all__ = ["errors", "path_3d", "trajectories"]
 

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from pytracker.formats.video import Image
-from pytracker.recording import Camera
+from pytracker.recording.recording import Camera
 from pytracker.report.overlay import caption, enlarged, write_overlay
 from pytracker.rotation import Array
-from pytracker.track_arm import ArmTrack
+from pytracker.tracking.arm import ArmTrack
 
 __all__ = ["draw_arm", "write_arm_overlay"]
 

@@ -6,35 +6,27 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pytracker.evaluate import Scores
-from pytracker.found import found_by
 from pytracker.report import arm_figures as figures
+from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
 from pytracker.report.page import PageFigure, embedded, render
-from pytracker.track_arm import ArmTrack
+from pytracker.scores.evaluate import Scores
+from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.found import found_by
 
 __all__ = ["render_arm_page"]
 
 
-def render_arm_page(
-    tracks: Sequence[ArmTrack],
-    labels: Sequence[str],
-    scores: Sequence[Scores | None],
-    trivial: Scores | None,
-    *,
-    has_overlay: bool,
-) -> str:
+def render_arm_page(tracks: Sequence[ArmTrack], contents: Contents, *, has_overlay: bool) -> str:
     """The page as text."""
+    labels, scores = contents.labels, contents.scores
     return render(
         "arm.html",
-        tracks,
-        labels,
-        scores,
+        contents,
         title="Arm track",
         summary=_summary(tracks[0], labels[0], scores[0]),
         figures=_figures(tracks, labels, scores[0]),
         has_overlay=has_overlay,
-        held=trivial,
         found=found_by(tracks[0]),
     )
 

@@ -11,7 +11,7 @@ from matplotlib.image import imsave
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.silhouette import Silhouette
 from pytracker.formats.video import Image, frames
-from pytracker.track_body import BodyTrack
+from pytracker.tracking.body import BodyTrack
 
 __all__ = ["evidence_pictures"]
 

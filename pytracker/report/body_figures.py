@@ -8,12 +8,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from pytracker.evaluate import Scores, average_error
 from pytracker.formats.video import Image
-from pytracker.recording import ProjectionFit
+from pytracker.recording.recording import ProjectionFit
 from pytracker.report.drawing import COLOURS, STYLE, TRUTH, legend_above, line, shade_lost, svg
 from pytracker.rotation import Array
-from pytracker.track_body import BodyTrack
+from pytracker.scores.evaluate import Scores, average_error
+from pytracker.tracking.body import BodyTrack
 
 __all__ = ["angles", "error_over_frames", "joint_bars", "projection", "wrists"]
 

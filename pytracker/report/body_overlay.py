@@ -11,8 +11,8 @@ import numpy as np
 from pytracker.formats.video import Image
 from pytracker.report.overlay import caption, enlarged, write_overlay
 from pytracker.rotation import Array
-from pytracker.skeleton import Part, upper_body_parts
-from pytracker.track_body import BodyTrack
+from pytracker.skeleton.skeleton import Part, upper_body_parts
+from pytracker.tracking.body import BodyTrack
 
 __all__ = ["draw_body", "write_body_overlay"]
 

@@ -7,31 +7,28 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytracker._core import KEY_JOINTS
-from pytracker.evaluate import Scores, error_by_speed
 from pytracker.report import body_figures as figures
 from pytracker.report.body_evidence import evidence_pictures
+from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
 from pytracker.report.page import PageFigure, embedded, render
-from pytracker.track_body import BodyTrack
+from pytracker.scores.evaluate import Scores, error_by_speed
+from pytracker.tracking.body import BodyTrack
 
 __all__ = ["render_body_page"]
 
 
-def render_body_page(
-    tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequence[Scores | None], trivial: Scores | None
-) -> str:
+def render_body_page(tracks: Sequence[BodyTrack], contents: Contents) -> str:
     """The page as text."""
+    labels, scores = contents.labels, contents.scores
     main, truth = tracks[0], tracks[0].recording.truth
     return render(
         "body.html",
-        tracks,
-        labels,
-        scores,
+        contents,
         title="Body track",
         summary=_summary(main, labels[0], scores[0]),
         figures=_figures(tracks, labels, scores),
         has_overlay=True,
-        held=trivial,
         joints=[joint for joint in KEY_JOINTS if scores[0] is None or joint in scores[0].joints],
         fit=main.recording.view.fit,
         speeds=error_by_speed(main, truth) if truth is not None and scores[0] is not None else [],

@@ -14,7 +14,7 @@ from pytracker.report.drawing import COLOURS, STYLE, legend_above, svg
 from pytracker.report.page import PageFigure, embedded, filled
 from pytracker.setup.check import Checkup
 from pytracker.setup.draft import Draft
-from pytracker.track_body import BodyTrack
+from pytracker.tracking.body import BodyTrack
 
 __all__ = ["render_check"]
 

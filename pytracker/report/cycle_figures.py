@@ -16,10 +16,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pytracker.cycle import Cloud, Cycle
-from pytracker.recording import ArmRecording
+from pytracker.recording.recording import ArmRecording
 from pytracker.report.drawing import COLOURS, STYLE, TRUTH, svg
 from pytracker.rotation import Array
+from pytracker.tracking.cycle import Cloud, Cycle
 
 __all__ = ["one_cycle", "snapshots"]
 

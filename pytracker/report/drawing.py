@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pytracker.joint_track import Track
 from pytracker.rotation import Array
+from pytracker.tracking.tracks import Track
 
 __all__ = [
     "AXES",

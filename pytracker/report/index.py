@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pytracker.evaluate import evaluate
-from pytracker.joint_track import Track
 from pytracker.report.labels import labels
 from pytracker.report.page import filled
+from pytracker.scores.evaluate import evaluate
+from pytracker.tracking.tracks import Track
 
 __all__ = ["render_index"]
 

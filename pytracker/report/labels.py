@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from pytracker.joint_track import Track
-from pytracker.methods import Ekf, Method
+from pytracker.methods.arm import Ekf
+from pytracker.methods.method import Method
+from pytracker.tracking.tracks import Track
 
 __all__ = ["HELD", "label", "labels"]
 

@@ -10,9 +10,9 @@ from importlib import resources
 import jinja2
 
 from pytracker._core import __version__
-from pytracker.doubts import doubts, unbelieved
-from pytracker.evaluate import Scores
-from pytracker.joint_track import Track
+from pytracker.report.contents import Contents
+from pytracker.tracking.doubts import unbelieved
+from pytracker.tracking.tracks import Track
 
 __all__ = ["PageFigure", "embedded", "filled", "render"]
 
@@ -42,9 +42,7 @@ def embedded(title: str, alt: str, picture: str | bytes, *, is_wide: bool = True
 
 def render(
     template: str,
-    tracks: Sequence[Track],
-    labels: Sequence[str],
-    scores: Sequence[Scores | None],
+    contents: Contents,
     *,
     title: str,
     summary: str,
@@ -53,6 +51,7 @@ def render(
     **more: object,
 ) -> str:
     """The page as text: `template` within the frame that all pages share."""
+    tracks, labels, scores = contents.tracks, contents.labels, contents.scores
     main = tracks[0]
     return filled(
         template,
@@ -64,12 +63,13 @@ def render(
         has_overlay=has_overlay,
         lost=_lost(main),
         warnings=dict.fromkeys(
-            (*unbelieved(main), *main.recording.warnings, *(doubt for track in tracks for doubt in doubts(track)))
+            (*unbelieved(main), *main.recording.warnings, *(doubt for said in contents.doubts for doubt in said))
         ),
         parameters=[
             (label, track.seed, track.method.parameters()) for label, track in zip(labels, tracks, strict=True)
         ],
         main=main,
+        held=contents.trivial,
         **more,
     )
 

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.image import imsave
 
 from pytracker.formats.video import Image
-from pytracker.intervals import Interval, student_975
 from pytracker.report.drawing import COLOURS, STYLE, legend_above, svg
 from pytracker.rotation import Array
+from pytracker.scores.intervals import Interval
+from pytracker.student import student_975
 
 __all__ = ["curve", "errors_of_runs", "joint_intervals", "sheet"]
 

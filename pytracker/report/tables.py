@@ -16,16 +16,16 @@ import numpy as np
 
 from pytracker._core import InputError, __version__
 from pytracker.digest import sha256_of
-from pytracker.doubts import doubts
-from pytracker.evaluate import Scores
 from pytracker.formats.text import parse_table, read_lines
-from pytracker.found import found_by
-from pytracker.joint_track import JointTrack, Track
-from pytracker.methods import Method
-from pytracker.recording import Recording
-from pytracker.registry import method_of_class
+from pytracker.methods.method import Method
+from pytracker.methods.registry import method_of_class
+from pytracker.recording.recording import Recording
+from pytracker.report.contents import Contents
 from pytracker.rotation import Array
-from pytracker.track_body import BodyTrack
+from pytracker.scores.evaluate import Scores
+from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.found import found_by
+from pytracker.tracking.tracks import JointTrack, Track
 
 __all__ = ["read_run", "read_track", "write_metadata", "write_scores", "write_track"]
 
@@ -109,9 +109,9 @@ def write_scores(path: Path, scores: Sequence[Scores | None], labels: Sequence[s
     _json(path, {label: s.as_dict() for label, s in zip(labels, scores, strict=True) if s is not None})
 
 
-def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -> None:
+def write_metadata(path: Path, contents: Contents) -> None:
     """Everything needed to run it again, and how long it took here."""
-    recording = tracks[0].recording
+    recording = contents.tracks[0].recording
     _json(
         path,
         {
@@ -126,11 +126,11 @@ def write_metadata(path: Path, tracks: Sequence[Track], labels: Sequence[str]) -
                     "parameters": track.method.parameters(),
                     "seed": track.seed,
                     "lost": track.lost,
-                    "doubts": list(doubts(track)),
+                    "doubts": list(said),
                     "found": [asdict(found) | {"is_told": found.is_told} for found in found_by(track)],
                     "run_time_s": {stage: round(seconds, 4) for stage, seconds in track.stage_s.items()},
                 }
-                for track, label in zip(tracks, labels, strict=True)
+                for track, label, said in zip(contents.tracks, contents.labels, contents.doubts, strict=True)
             ],
             "machine": {
                 "system": platform.platform(),

@@ -10,18 +10,15 @@ from threading import Event
 
 import numpy as np
 
-from pytracker._core import InputError
-from pytracker.evaluate import Scored, Scores, evaluate, held
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.amc import write_amc
-from pytracker.joint_track import Track
 from pytracker.output import whole_folder
-from pytracker.recording import Truth
+from pytracker.report.contents import Contents, contents_of
 from pytracker.report.labels import HELD
-from pytracker.report.labels import labels as make_labels
 from pytracker.report.tables import write_metadata, write_scores, write_track
-from pytracker.track_arm import ArmTrack
-from pytracker.track_body import BodyTrack
+from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.tracks import Track
 
 __all__ = ["write_report"]
 
@@ -39,13 +36,7 @@ def write_report(
     Without `page` only the tables. Returns the folder. Raises `InputError` for no tracks, tracks of different
     recordings, or a folder that exists, unless `force`.
     """
-    if not tracks:
-        raise InputError("write_report was given no track, expected at least one")
-    if any(track.recording is not tracks[0].recording for track in tracks):
-        raise InputError("write_report was given tracks of different recordings, expected one recording")
-    labels = make_labels(tracks)
-    scores = [_scores(track) for track in tracks]
-    trivial = _scores_of(held(tracks[0]), tracks[0].recording.truth)
+    contents = contents_of(tracks)
     with whole_folder(Path(folder), force=force) as out:
         for number, track in enumerate(tracks):
             name = _track_name(number, track, len(tracks))
@@ -53,38 +44,19 @@ def write_report(
             if isinstance(track, BodyTrack):
                 poses = track.poses[np.isfinite(track.poses).all(axis=1)]
                 write_amc((out / name).with_suffix(".amc"), track.recording.skeleton, poses)
-        write_metadata(out / "metadata.json", tracks, labels)
-        if any(scores):
-            write_scores(out / "scores.json", [*scores, trivial], [*labels, HELD])
+        write_metadata(out / "metadata.json", contents)
+        if any(contents.scores):
+            write_scores(out / "scores.json", [*contents.scores, contents.trivial], [*contents.labels, HELD])
         if page:
-            _write_page(out, tracks, labels, scores, trivial, progress)
+            _write_page(out, contents, progress)
     return Path(folder)
-
-
-def _scores(track: Track) -> Scores | None:
-    """None where there is no truth, or none that covers the frames: the track is worth keeping all the same."""
-    return _scores_of(track, track.recording.truth)
-
-
-def _scores_of(track: Scored, truth: Truth | None) -> Scores | None:
-    try:
-        return evaluate(track, truth)
-    except InputError:
-        return None
 
 
 def _track_name(number: int, track: Track, count: int) -> str:
     return "track.csv" if count == 1 else f"track-{number + 1}-{re.sub('[^a-z]+', '-', track.method.name)}.csv"
 
 
-def _write_page(
-    out: Path,
-    tracks: Sequence[Track],
-    labels: list[str],
-    scores: list[Scores | None],
-    trivial: Scores | None,
-    progress: Progress | None,
-) -> None:
+def _write_page(out: Path, contents: Contents, progress: Progress | None) -> None:
     if progress is not None:
         progress("report", 0)
     from pytracker.report.arm_overlay import write_arm_overlay  # noqa: PLC0415 - Matplotlib is slow
@@ -92,8 +64,8 @@ def _write_page(
     from pytracker.report.body_overlay import write_body_overlay  # noqa: PLC0415 - Matplotlib is slow
     from pytracker.report.body_page import render_body_page  # noqa: PLC0415 - Matplotlib is slow
 
-    arms = [track for track in tracks if isinstance(track, ArmTrack)]
-    bodies = [track for track in tracks if isinstance(track, BodyTrack)]
+    arms = [track for track in contents.tracks if isinstance(track, ArmTrack)]
+    bodies = [track for track in contents.tracks if isinstance(track, BodyTrack)]
     # The encoder releases the interpreter: the figures are drawn beside it. Whoever leaves early does not wait for it.
     stop = Event()
     with ThreadPoolExecutor(1) as pool:
@@ -101,10 +73,10 @@ def _write_page(
             if arms:
                 overlay = pool.submit(write_arm_overlay, out / "overlay.mp4", arms[0], stop)
                 has_overlay = arms[0].recording.views[0].video is not None
-                page = render_arm_page(arms, labels, scores, trivial, has_overlay=has_overlay)
+                page = render_arm_page(arms, contents, has_overlay=has_overlay)
             else:
                 overlay = pool.submit(write_body_overlay, out / "overlay.mp4", bodies[0], stop)
-                page = render_body_page(bodies, labels, scores, trivial)
+                page = render_body_page(bodies, contents)
             (out / "index.html").write_text(page, "utf-8")
             overlay.result()
         except BaseException:

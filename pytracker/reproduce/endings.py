@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from pytracker._core import TrackingError
 from pytracker.evidence.sightings import Sightings
-from pytracker.joint_track import Track
-from pytracker.methods import Method
-from pytracker.recording import Recording
+from pytracker.methods.method import Method
+from pytracker.recording.recording import Recording
 from pytracker.report.study_page import Section, Table
 from pytracker.study import StudyTable
-from pytracker.track import track
+from pytracker.tracking.track import track
+from pytracker.tracking.tracks import Track
 
 __all__ = ["endings", "tracked"]
 

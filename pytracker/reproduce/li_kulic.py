@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytracker.body_methods import Annealed, BodyMethod, BodyPlain, Partitioned
+from pytracker.methods.body import Annealed, BodyMethod, BodyPlain, Partitioned
 from pytracker.simulate import BodyScene
 from pytracker.study import Study, StudyRecording
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker._core import KEY_JOINTS
-from pytracker.body_methods import BodyMethod
-from pytracker.intervals import paired_difference
+from pytracker.methods.body import BodyMethod
 from pytracker.report.page import embedded
 from pytracker.report.study_figures import curve, joint_intervals
 from pytracker.report.study_page import Section, Table
 from pytracker.reproduce import printed
 from pytracker.reproduce.li_kulic import ALPHAS, COUNTS, PAPER, RUNS, SHIPPED, with_alpha, with_particles
 from pytracker.reproduce.words import averaged, cm, comparison, plain_number
+from pytracker.scores.intervals import paired_difference
 from pytracker.study import StudyTable
 
 __all__ = ["cue_weights", "error_of", "gains", "joints", "of_recordings", "particles", "shipped"]

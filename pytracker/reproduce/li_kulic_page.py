@@ -6,9 +6,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from pytracker.intervals import paired_difference
-from pytracker.load import load
-from pytracker.recording import BodyRecording
+from pytracker.recording.load import load
+from pytracker.recording.recording import BodyRecording
 from pytracker.report.study_page import Section, render_study_page
 from pytracker.reproduce import printed
 from pytracker.reproduce.endings import endings, tracked
@@ -16,10 +15,11 @@ from pytracker.reproduce.li_kulic import ALPHAS, METHODS, PAPER, RUNS, with_alph
 from pytracker.reproduce.li_kulic_curves import cue_weights, error_of, gains, joints, of_recordings, particles, shipped
 from pytracker.reproduce.li_kulic_pictures import evidence, frames_shown, over_frames, projection, rate
 from pytracker.reproduce.words import averaged, cm
+from pytracker.scores.intervals import paired_difference
 from pytracker.simulate import BodyScene, simulate_body
 from pytracker.study import StudyTable
-from pytracker.track import track
-from pytracker.track_body import BodyTrack
+from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.track import track
 
 __all__ = ["make_page"]
 

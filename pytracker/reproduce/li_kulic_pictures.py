@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pytracker.evaluate import average_error
 from pytracker.formats.video import frames
-from pytracker.recording import BodyRecording
+from pytracker.recording.recording import BodyRecording
 from pytracker.report import body_figures
 from pytracker.report.body_evidence import evidence_pictures
 from pytracker.report.body_overlay import draw_body
@@ -16,7 +15,8 @@ from pytracker.report.page import embedded
 from pytracker.report.study_figures import errors_of_runs, sheet
 from pytracker.report.study_page import Section, Table
 from pytracker.reproduce import printed
-from pytracker.track_body import BodyTrack
+from pytracker.scores.evaluate import average_error
+from pytracker.tracking.body import BodyTrack
 
 __all__ = ["evidence", "frames_shown", "over_frames", "projection", "rate"]
 

@@ -5,7 +5,7 @@ The patch's centre comes with the paper's noise of 4 px and, for the circle, as 
 
 from __future__ import annotations
 
-from pytracker.methods import ArmMethod, Ekf, Inertial, Joint, Layered, Plain
+from pytracker.methods.arm import ArmMethod, Ekf, Inertial, Joint, Layered, Plain
 from pytracker.simulate import ArmScene
 from pytracker.study import Study, StudyRecording
 

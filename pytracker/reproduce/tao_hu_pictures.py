@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.cycle import Cycle, record_cycle
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.video import frames
-from pytracker.recording import ArmRecording
+from pytracker.recording.recording import ArmRecording
 from pytracker.report import arm_figures
 from pytracker.report.arm_overlay import draw_arm
 from pytracker.report.cycle_figures import one_cycle, snapshots
@@ -23,8 +22,9 @@ from pytracker.rotation import Array
 from pytracker.simulate import ArmScene
 from pytracker.study import StudyRecording, StudyTable
 from pytracker.study.execute import open_source
-from pytracker.track import track
-from pytracker.track_arm import ArmTrack
+from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.cycle import Cycle, record_cycle
+from pytracker.tracking.track import track
 
 __all__ = ["clouds", "from_video", "over_time", "within_80_frames"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from pytracker.intervals import Interval, mean_interval, paired_difference, paired_ratio
+from pytracker.scores.intervals import Interval, mean_interval, paired_difference, paired_ratio
 
 __all__ = ["averaged", "cm", "comparison", "plain_number", "share", "than", "times"]
 

@@ -12,18 +12,16 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubts import doubts, unbelieved
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_log import ImuLog
-from pytracker.found import Found, found_by
-from pytracker.joint_track import Track
-from pytracker.load import load
+from pytracker.formats.toml_file import faults_of, read_toml
+from pytracker.methods.registry import DEFAULTS, METHODS_OF
 from pytracker.output import write_whole
-from pytracker.recording import Arm, ArmRecording, Imu, View
-from pytracker.registry import DEFAULTS, METHODS_OF
+from pytracker.recording.load import load
+from pytracker.recording.recording import Arm, ArmRecording, Imu, View
+from pytracker.recording.schema import SCHEMA, ArmFile, BodyFile
 from pytracker.rotation import Array, rotate, triple
-from pytracker.schema import SCHEMA, ArmFile, BodyFile
 from pytracker.setup.check_body import check_body
 from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_video, follow
 from pytracker.setup.check_imu import check_imu
@@ -32,8 +30,10 @@ from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.lag import GRID_S, banded, find_lags
 from pytracker.setup.worn import Worn
-from pytracker.toml_file import faults_of, read_toml
-from pytracker.track import track
+from pytracker.tracking.doubts import doubts, unbelieved
+from pytracker.tracking.found import Found, found_by
+from pytracker.tracking.track import track
+from pytracker.tracking.tracks import Track
 
 __all__ = ["Checkup", "check"]
 
@@ -143,7 +143,7 @@ def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding
         forearm_m=float(forearm),
         wrist_start_m=(0.0, 0.0, 0.0),
     )
-    imu = Imu(time_s=log.time_s, acc=log.acc, q_world_sensor=log.q_world_sensor, gyr=log.gyr)
+    imu = Imu(time_s=log.time_s, acc=log.acc, q_world_segment=log.q_world_sensor, gyr=log.gyr)
     recording = ArmRecording(views=(View(camera=camera_of(draft)),), imus=(imu,), arm=arm)
     has = tuple(draft.get(place) is not None for place in ("imu.offset_s", "imu.heading_deg", "imu.mount"))
     try:

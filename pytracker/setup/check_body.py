@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.load_body import skeleton_of, view_of
-from pytracker.recording import BodyView
+from pytracker.recording.body import skeleton_of, view_of
+from pytracker.recording.recording import BodyView
+from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
 from pytracker.rotation import Array
-from pytracker.schema import BodyCameraEntry, SkeletonEntry
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 from pytracker.setup.first_pose import FirstPose, first_pose
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["check_body"]
 

@@ -12,7 +12,7 @@ from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_checks import check
 from pytracker.formats.imu_conventions import Conventions, in_our_terms
 from pytracker.formats.imu_log import ImuLog
-from pytracker.schema import ImuEntry
+from pytracker.recording.schema import ImuEntry
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding

@@ -8,7 +8,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.evidence.sightings import Sightings
-from pytracker.recording import ArmRecording
+from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
 from pytracker.setup.findings import Finding
 from pytracker.setup.lag import Lag

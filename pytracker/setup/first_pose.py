@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.recording import Camera, WeakPerspective
+from pytracker.recording.recording import Camera, WeakPerspective
 from pytracker.rotation import Array
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["FirstPose", "first_pose"]
 

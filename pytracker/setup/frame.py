@@ -6,9 +6,9 @@ from pathlib import Path
 
 from pytracker._core import InputError
 from pytracker.evidence.grid import draw_grid, png_of
+from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video import frames
 from pytracker.output import whole_file
-from pytracker.toml_file import parse_toml
 
 __all__ = ["write_frame"]
 

@@ -16,8 +16,8 @@ import numpy as np
 from pytracker._core import InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.methods import Ekf
-from pytracker.recording import Arm, ArmRecording, Imu
+from pytracker.methods.arm import Ekf
+from pytracker.recording.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import (
     Array,
     conjugate,
@@ -27,7 +27,7 @@ from pytracker.rotation import (
     triple,
 )
 from pytracker.setup.lag import GRID_S, Lag, banded, find_lags
-from pytracker.track_arm import track_arm
+from pytracker.tracking.arm import track_arm
 
 __all__ = ["CLEAR", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "put_on", "refined", "weighed"]
 
@@ -89,7 +89,7 @@ def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterato
     imu = Imu(
         time_s=raw.time_s + worn.offset_s,
         acc=rotate(mount, raw.acc),
-        q_world_sensor=np.ascontiguousarray(multiply(multiply(heading, raw.q_world_sensor), conjugate(mount))),
+        q_world_segment=np.ascontiguousarray(multiply(multiply(heading, raw.q_world_segment), conjugate(mount))),
         gyr=None if raw.gyr is None else rotate(mount, raw.gyr),
         segment=raw.segment,
     )
@@ -125,7 +125,7 @@ def find_worn(
 
 def _acceleration(imu: Imu) -> Array:
     """In the sensor's earth frame, m/s², without gravity `(M, 3)`."""
-    return np.asarray(rotate(imu.q_world_sensor, imu.acc) - np.array([0.0, 0.0, GRAVITY]))
+    return np.asarray(rotate(imu.q_world_segment, imu.acc) - np.array([0.0, 0.0, GRAVITY]))
 
 
 def _first(sightings: Sightings) -> Sightings:
@@ -169,7 +169,7 @@ def _starts(recording: ArmRecording, imu: Imu, sightings: Sightings) -> list[Arr
     frame = int(np.argmax(seen & (sightings.time_s >= imu.time_s[0])))
     at = int(np.clip(np.searchsorted(imu.time_s, sightings.time_s[frame]), 0, len(imu.time_s) - 1))
     arm, camera = recording.arm, recording.views[0].camera
-    centre = np.array(arm.shoulder_m) - rotate(imu.q_world_sensor[at], np.array([0.0, arm.forearm_m, 0.0]))
+    centre = np.array(arm.shoulder_m) - rotate(imu.q_world_segment[at], np.array([0.0, arm.forearm_m, 0.0]))
     ray, origin = camera.ray(sightings.pixels[frame, 0]), np.asarray(camera.position_m)
     nearest = float(ray @ (centre - origin))
     miss = float(np.linalg.norm(origin + nearest * ray - centre))

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording import Arm, ArmRecording, Camera, Imu, Truth, View
+from pytracker.recording.recording import Arm, ArmRecording, Camera, Imu, Truth, View
 from pytracker.rotation import (
     Array,
     Triple,
@@ -295,11 +295,11 @@ class ArmSimulation:
         error = half * (_direction(rng) + _slow(time_s, rng))
         if self._worn is None:
             return Imu(
-                time_s=time_s, acc=acc, q_world_sensor=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr
+                time_s=time_s, acc=acc, q_world_segment=multiply(rotation_vector_to_quaternion(error), q), gyr=gyr
             )
         acc += self._worn.acceleration(time_s, acceleration)
         measured = multiply(self._worn.tilt(time_s, self._turn_rate(time_s)), q)
-        return Imu(time_s=self._worn.clock(time_s), acc=acc, q_world_sensor=measured, gyr=gyr)
+        return Imu(time_s=self._worn.clock(time_s), acc=acc, q_world_segment=measured, gyr=gyr)
 
     def patch(self, time_s: Array) -> Array:
         """Centre of the patch, world, m `(T, 3)`."""

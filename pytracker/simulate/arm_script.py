@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker.rotation import Array
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["arm_script"]
 

@@ -14,20 +14,20 @@ import cv2
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.average_skeleton import average_skeleton
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.amc import read_amc, write_amc
 from pytracker.formats.asf import read_asf
 from pytracker.formats.video import VideoWriter
-from pytracker.load_worn import ARM_SEGMENTS
 from pytracker.output import whole_folder
-from pytracker.recording import Camera
+from pytracker.recording.recording import Camera
+from pytracker.recording.worn import ARM_SEGMENTS
 from pytracker.rotation import Array
 from pytracker.simulate.arm import check_kind
 from pytracker.simulate.arm_script import arm_script
 from pytracker.simulate.body_senses import write_imu, write_keypoints
 from pytracker.simulate.person import Clothes, Painter
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton.average import average_skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["BodyScene", "camera_before", "simulate_body"]
 

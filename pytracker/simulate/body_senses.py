@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS
-from pytracker.load_worn import UP, segment_frame, to_y_up
-from pytracker.recording import Camera
+from pytracker.recording.recording import Camera
+from pytracker.recording.worn import UP, segment_frame, to_y_up
 from pytracker.rotation import (
     Array,
     conjugate,
@@ -17,7 +17,7 @@ from pytracker.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["write_imu", "write_keypoints"]
 

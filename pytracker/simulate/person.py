@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.formats.video import Image
-from pytracker.recording import Camera
+from pytracker.recording.recording import Camera
 from pytracker.rotation import Array
-from pytracker.skeleton import Skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["Clothes", "Limb", "Painter", "limbs"]
 

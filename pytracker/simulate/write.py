@@ -9,7 +9,7 @@ import numpy as np
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.video import VideoWriter
 from pytracker.output import whole_folder
-from pytracker.recording import Camera
+from pytracker.recording.recording import Camera
 from pytracker.rotation import rotate
 from pytracker.simulate.arm import IMAGE_SIZE, TRUTH_RATE_HZ, ArmScene, ArmSimulation
 from pytracker.simulate.scene import PATCH_HALF_M, render
@@ -74,7 +74,7 @@ def _write_imu(path: Path, simulation: ArmSimulation) -> None:
     imu = simulation.imu
     assert imu.gyr is not None
     header = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
-    rows = np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_sensor])
+    rows = np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_segment])
     np.savetxt(path, rows, fmt="%.6f", delimiter=",", header=header, comments="")
 
 

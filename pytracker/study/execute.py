@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.evaluate import evaluate
 from pytracker.evidence.sightings import Sightings, sight
-from pytracker.joint_track import Track
-from pytracker.load import load
-from pytracker.recording import ArmRecording, Recording
+from pytracker.recording.load import load
+from pytracker.recording.recording import ArmRecording, Recording
+from pytracker.scores.evaluate import evaluate
 from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm, simulate_body
 from pytracker.study.fingerprint import fingerprint
 from pytracker.study.plan import Run, StudyRecording
-from pytracker.track import track
+from pytracker.tracking.track import track
+from pytracker.tracking.tracks import Track
 
 __all__ = ["COLUMNS", "OTHER_BUILD", "Result", "Source", "execute", "execute_anywhere", "failed", "open_source"]
 

@@ -30,11 +30,11 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from pytracker._core import InputError
-from pytracker.methods import Method
-from pytracker.registry import METHODS_OF, as_tuples, make_method, nearest
+from pytracker.formats.toml_file import Entry, Finite, Whole, read_toml, validated
+from pytracker.methods.method import Method
+from pytracker.methods.registry import METHODS_OF, as_tuples, make_method, nearest
 from pytracker.simulate import ArmScene, BodyScene
 from pytracker.study.plan import Study, StudyRecording
-from pytracker.toml_file import Entry, Finite, Whole, read_toml, validated
 
 __all__ = ["read_study"]
 

@@ -17,10 +17,10 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.digest import sha256_of
-from pytracker.load import load
-from pytracker.methods import Method
+from pytracker.formats.toml_file import parse_toml
+from pytracker.methods.method import Method
+from pytracker.recording.load import load
 from pytracker.simulate import ArmScene, BodyScene
-from pytracker.toml_file import parse_toml
 
 __all__ = ["Run", "Study", "StudyRecording", "plain"]
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.methods import Method
+from pytracker.methods.method import Method
 from pytracker.output import MADE_HERE, PARTIAL, is_alive, whole_file, write_whole
 from pytracker.study.execute import COLUMNS, Result, Row
 from pytracker.study.plan import Run

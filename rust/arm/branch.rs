@@ -1,12 +1,13 @@
 //! One recording of an arm as a chain of states that is smoothed ([`super::smooth`]).
 
 use super::colour::sightings;
+use super::frame::Frame;
 use super::measurements::Seen;
 use super::mixture::ArmMixture;
-use super::particle::Frame;
-use super::state::{Arm, Estimate, Layout, Noise, View};
+use super::state::{Arm, Layout, Noise, View};
 use super::worn::{CORE, WornMotion};
 use crate::Result;
+use crate::estimate::Estimate;
 use crate::filter::{Chain, Component, Gaussian, Linear, Smoothed, smooth, surprise};
 use crate::quaternion::Quaternion;
 use nalgebra::{DMatrix, DVector, Vector2};

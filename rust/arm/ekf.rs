@@ -7,12 +7,13 @@
 //!   is moved to the nearest point that the arm's length allows.
 
 use super::colour::Colour;
+use super::frame::Frame;
 use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion};
-use super::particle::Frame;
 use super::pause::Stretch;
 use super::rest::Rest;
-use super::state::{Arm, Estimate, Layout, Noise, POSITION};
+use super::state::{Arm, Layout, Noise, POSITION, estimate_of_gaussian};
+use crate::estimate::Estimate;
 use crate::filter::Gaussian;
 use crate::quaternion::Quaternion;
 use crate::{Error, Result, error::require};
@@ -117,7 +118,7 @@ impl ArmGaussian {
                 *evidence.get_or_insert(0.0) += self.state.correct(frame.time_s, &residual, &jacobian, &spread)?;
             }
         }
-        Ok(Estimate::from_gaussian(frame.time_s, &self.state, forearm, evidence))
+        Ok(estimate_of_gaussian(frame.time_s, &self.state, forearm, evidence))
     }
 
     /// The estimate after `motion`.
@@ -131,7 +132,7 @@ impl ArmGaussian {
     ) -> Estimate {
         let mut ahead = self.clone();
         ahead.predict(motion, noise);
-        Estimate::from_gaussian(time_s, &ahead.state, world_sensor.rotate(arm.elbow_in_sensor()), None)
+        estimate_of_gaussian(time_s, &ahead.state, world_sensor.rotate(arm.elbow_in_sensor()), None)
     }
 
     fn predict(&mut self, motion: &Motion, noise: &Noise) {

@@ -3,7 +3,7 @@
 //! Not in the paper. The state is that of [`super::mixture`]; a slope is a derivative by all its columns.
 
 use super::colour::Sighting;
-use super::particle::Frame;
+use super::frame::Frame;
 use super::setup::{MOUNT, OF_ARM, PER_CAMERA, SHOULDER, SeenBy, seen_by};
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
 use crate::filter::{Gaussian, Linear};

@@ -4,12 +4,13 @@
 //! Not in the paper. The columns are position, velocity, bias (sensor frame), orientation error (world), then, where
 //! they are estimated, patch offset (sensor frame) and shoulder displacement (world).
 
+use super::frame::Frame;
 use super::measurements::Seen;
-use super::particle::Frame;
 use super::pause::Stretch;
-use super::state::{Arm, Estimate, Layout, Noise, POSITION, Point, VELOCITY};
+use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
 use super::worn::WornMotion;
 use crate::Result;
+use crate::estimate::{Estimate, Point};
 use crate::filter::{Component, Gaussian, Mixture, Reduction};
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -150,7 +151,8 @@ impl ArmMixture {
         let (mean, covariance) = self.state.moments();
         let wrist = self.point(|state| seen.wrist(state), 0.0);
         let elbow = self.point(|state| seen.elbow_seen(state), seen.noise.forearm_sd * seen.arm.forearm_m);
-        Estimate { time_s, mean, covariance, wrist, elbow, ess: None, log_evidence, doubt: None }
+        let (state, places) = (wrist.with_state(mean, covariance), vec![wrist, elbow]);
+        Estimate { time_s, state, places, ess: None, log_evidence, doubt: None, blobs: [None; 3] }
     }
 
     /// A place and its slope `(3, D)`, as a point with bands; `besides` is a standard deviation that is not in the state.

@@ -175,10 +175,12 @@ impl Transition for InertialMotion {
     }
 
     /// Eq. (10).
-    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
+    fn log_densities(&self, from: &[f64], to: &[f64], out: &mut [f64]) {
         let (transition, input, noise) = self.matrices();
-        let rest = DVector::from_column_slice(to) - transition * DVector::from_column_slice(from) - input;
-        log_density_in_range(&rest, noise)
+        let (density, to) = (InRange::new(noise), DVector::from_column_slice(to) - input);
+        for (out, from) in out.iter_mut().zip(from.chunks(to.len())) {
+            *out = density.log_density(&(&to - &transition * DVector::from_column_slice(from)));
+        }
     }
 }
 
@@ -197,25 +199,47 @@ impl Transition for RandomWalk {
     }
 
     /// Eq. (18), whose index `k+1` is a misprint for `k`.
-    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
-        let rest = DVector::from_iterator(to.len(), to.iter().zip(from).map(|(t, f)| t - f));
-        let noise = DMatrix::from_fn(to.len(), to.len(), |r, c| if r == c && r < 3 { self.sd * self.sd } else { 0.0 });
-        log_density_in_range(&rest, noise)
+    fn log_densities(&self, from: &[f64], to: &[f64], out: &mut [f64]) {
+        let variance = |d: usize| if d < POSITION + 3 { self.sd * self.sd } else { 0.0 };
+        let density = InRange::new(DMatrix::from_fn(to.len(), to.len(), |r, c| if r == c { variance(r) } else { 0.0 }));
+        for (out, from) in out.iter_mut().zip(from.chunks(to.len())) {
+            *out = density.log_density(&DVector::from_iterator(to.len(), to.iter().zip(from).map(|(t, f)| t - f)));
+        }
     }
 }
 
-/// `ln N(rest; 0, noise)` within the range of `noise`.
-fn log_density_in_range(rest: &DVector<f64>, noise: DMatrix<f64>) -> f64 {
-    let eigen = noise.symmetric_eigen();
-    let smallest = eigen.eigenvalues.max() * 1e-13;
-    let along = eigen.eigenvectors.transpose() * rest;
-    eigen
-        .eigenvalues
-        .iter()
-        .zip(along.iter())
-        .filter(|(variance, _)| **variance > smallest)
-        .map(|(variance, x)| -0.5 * (x * x / variance + (TAU * variance).ln()))
-        .sum()
+/// A normal density about 0 within the range of its covariance.
+struct InRange {
+    variances: DVector<f64>,
+    axes: DMatrix<f64>,
+    /// A direction of less variance has none.
+    least: f64,
+}
+
+/// So far beside the range of the noise is rounding, m and m/s.
+const ROUNDING: f64 = 1e-9;
+
+impl InRange {
+    fn new(noise: DMatrix<f64>) -> Self {
+        let eigen = noise.symmetric_eigen();
+        let least = eigen.eigenvalues.max() * 1e-13;
+        Self { variances: eigen.eigenvalues, axes: eigen.eigenvectors.transpose(), least }
+    }
+
+    /// Minus infinity beside the range.
+    fn log_density(&self, rest: &DVector<f64>) -> f64 {
+        let along = &self.axes * rest;
+        let of_axis = |(variance, x): (&f64, &f64)| {
+            if *variance > self.least {
+                -0.5 * (x * x / variance + (TAU * variance).ln())
+            } else if x.abs() <= ROUNDING {
+                0.0
+            } else {
+                f64::NEG_INFINITY
+            }
+        };
+        self.variances.iter().zip(along.iter()).map(of_axis).sum()
+    }
 }
 
 fn standard_normal(out: &mut [f64], rng: &mut Stream) {

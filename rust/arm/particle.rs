@@ -7,19 +7,19 @@
 //! | the same cycle as IV-B tells it | [walk, arm length at the last frame] [inertial, colour] |
 //! | joint | [inertial, colour and arm length] |
 
-use super::colour::{Colour, Sighting};
+use super::colour::Colour;
+use super::frame::Frame;
 use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion, RandomWalk};
 use super::pause::Stretch;
 use super::rest::Rest;
-use super::state::{Arm, Estimate, Layout, Noise, POSITION};
-use super::worn::WornMotion;
+use super::state::{Arm, Layout, Noise, POSITION, estimate_of_particles};
+use crate::estimate::Estimate;
 use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
 use crate::rng::Streams;
 use crate::{Error, Result};
-use nalgebra::Vector3;
 use rand::RngExt;
 use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
@@ -78,46 +78,6 @@ impl Cue {
             "arm_length" => Ok(Self::ArmLength),
             "rest" => Ok(Self::Rest),
             _ => Err(Error::UnknownName { what: "likelihood", name: name.into(), known: "colour, arm_length, rest" }),
-        }
-    }
-}
-
-/// What a frame brings to any method.
-#[derive(Debug, Clone)]
-pub struct Frame<'a> {
-    /// Recording time, s.
-    pub time_s: f64,
-    /// Composed motion since the last frame.
-    pub motion: Motion,
-    /// The same for a worn sensor, where it is composed.
-    pub worn: Option<WornMotion>,
-    /// Orientation at the last frame.
-    pub last_world_sensor: Quaternion,
-    /// Orientation now.
-    pub world_sensor: Quaternion,
-    /// Acceleration now, world, m/s², as measured.
-    pub acceleration: Vector3<f64>,
-    /// For how long nothing has said how the sensor is oriented, s.
-    pub stale_s: f64,
-    /// Whether the sensor lies still.
-    pub is_rest: bool,
-    /// Where the patch was seen, if it was.
-    pub sightings: Vec<Sighting<'a>>,
-}
-
-impl Frame<'_> {
-    /// One that brings nothing.
-    pub fn empty(time_s: f64, world_sensor: Quaternion) -> Self {
-        Self {
-            time_s,
-            motion: Motion::none(),
-            worn: None,
-            last_world_sensor: world_sensor,
-            world_sensor,
-            acceleration: Vector3::zeros(),
-            stale_s: 0.0,
-            is_rest: false,
-            sightings: Vec::new(),
         }
     }
 }
@@ -242,7 +202,7 @@ impl ArmParticles {
         }
         let forearm = forearm(frame.world_sensor);
         self.filter.cycle(frame.time_s, &layers, recorder, |particles, evidence| {
-            Estimate::from_particles(frame.time_s, particles, forearm, evidence)
+            estimate_of_particles(frame.time_s, particles, forearm, evidence)
         })
     }
 
@@ -259,6 +219,6 @@ impl ArmParticles {
         let mut particles = self.particles().clone();
         particles.for_each_block(|_, block| inertial.move_mean(block));
         let (_, _, spread) = inertial.matrices();
-        Estimate::from_particles(time_s, &particles, world_sensor.rotate(arm.elbow_in_sensor()), None).widened(&spread)
+        estimate_of_particles(time_s, &particles, world_sensor.rotate(arm.elbow_in_sensor()), None).widened(&spread)
     }
 }

@@ -5,7 +5,9 @@
 //! cloud is narrower than the pixels allow or stands on one particle, and the patch is seen where the estimate is not.
 
 use super::colour::Sighting;
-use super::state::{Arm, Estimate, Layout, Noise, POSITION};
+use super::state::{Arm, Layout, Noise, POSITION, WRIST};
+use crate::estimate::Estimate;
+use crate::particles::NORMAL_UPPER;
 use crate::quaternion::Quaternion;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -23,7 +25,7 @@ pub const UNKNOWN: &str = "neither IMU nor patch has said where the arm is since
 /// A shoulder that is taken to be still moves by as much, and lengths are measured that badly, m.
 const SLACK_M: f64 = 0.10;
 /// Standard deviations of a 95 % band.
-const BAND: f64 = 1.96;
+const BAND: f64 = NORMAL_UPPER;
 /// A cloud whose effective size is below this stands on one particle.
 const LEAST_ESS: f64 = 1.5;
 /// A cloud this much narrower than one sighting tells has collapsed: no filter of independent sightings gets so sure.
@@ -103,7 +105,7 @@ impl Default for Plausibility {
 
 /// Farther from the shoulder than both bones are long, by more than the band along that line and what a shoulder moves.
 fn is_beyond_reach(estimate: &Estimate, arm: &Arm) -> bool {
-    let from_shoulder = estimate.wrist.mean - arm.shoulder;
+    let from_shoulder = estimate.places[WRIST].mean - arm.shoulder;
     let distance = from_shoulder.norm();
     let along = from_shoulder / distance.max(f64::MIN_POSITIVE);
     let sd = along.dot(&(covariance(estimate) * along)).max(0.0).sqrt();
@@ -114,9 +116,9 @@ fn is_narrow(estimate: &Estimate, judged: &Judged<'_>) -> bool {
     let Some(ess) = estimate.ess else { return false };
     let finest = judged.sightings.iter().map(|sighting| {
         let camera = &sighting.view.camera;
-        judged.noise.pixel_sd * camera.depth(estimate.wrist.mean).abs() / camera.matrix()[(0, 0)]
+        judged.noise.pixel_sd * camera.depth(estimate.places[WRIST].mean).abs() / camera.matrix()[(0, 0)]
     });
-    ess < LEAST_ESS || estimate.wrist.sd.max() < LEAST_SPREAD * finest.fold(f64::INFINITY, f64::min).min(1.0)
+    ess < LEAST_ESS || estimate.places[WRIST].sd.max() < LEAST_SPREAD * finest.fold(f64::INFINITY, f64::min).min(1.0)
 }
 
 /// Squared distance of the patches from where the estimate puts them, over what noise and its own spread allow; 1 is
@@ -127,9 +129,9 @@ fn aside(estimate: &Estimate, judged: &Judged<'_>) -> Option<f64> {
     for sighting in judged.sightings {
         let mut offset = sighting.view.patch_offset;
         if let Some(column) = Layout::new(judged.noise).offset {
-            offset += estimate.mean.fixed_rows::<3>(column);
+            offset += estimate.state.mean.fixed_rows::<3>(column);
         }
-        let patch: Vector3<f64> = estimate.mean.fixed_rows::<3>(POSITION) + world_sensor * offset;
+        let patch: Vector3<f64> = estimate.state.mean.fixed_rows::<3>(POSITION) + world_sensor * offset;
         // A patch that is seen lies before its camera.
         let Some((pixel, slope)) = sighting.view.camera.project_with_jacobian(patch) else { return Some(MOST_ASIDE) };
         let spread = slope * covariance(estimate) * slope.transpose();
@@ -141,5 +143,5 @@ fn aside(estimate: &Estimate, judged: &Judged<'_>) -> Option<f64> {
 }
 
 fn covariance(estimate: &Estimate) -> Matrix3<f64> {
-    estimate.covariance.fixed_view::<3, 3>(POSITION, POSITION).into_owned()
+    estimate.state.covariance.fixed_view::<3, 3>(POSITION, POSITION).into_owned()
 }

@@ -5,8 +5,8 @@
 //! (Skog et al., "Zero-velocity detection", IEEE Trans. Biomed. Eng. 57(11), 2010).
 
 use super::state::{Noise, VELOCITY};
-use super::tracker::Sample;
 use crate::filter::Likelihood;
+use crate::observation::Sample;
 use crate::particles::ParticleSet;
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};

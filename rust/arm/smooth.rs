@@ -10,12 +10,13 @@ use super::colour::sightings;
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
 use super::setup::Setup;
-use super::state::{Arm, Estimate, Layout, Noise, POSITION, Point, VELOCITY, View};
+use super::state::{Arm, Layout, Noise, PLACES, POSITION, VELOCITY, View, WRIST};
 use super::timeline::Timeline;
-use super::tracker::Sample;
 use super::worn::WornMotion;
 use crate::Result;
+use crate::estimate::{Estimate, Point};
 use crate::filter::{Gaussian, Smoothed};
+use crate::observation::Sample;
 use crate::quaternion::Quaternion;
 use nalgebra::{DMatrix, DVector, Vector2};
 use rayon::prelude::*;
@@ -239,7 +240,7 @@ fn together(found: &[Delayed], weights: &[f64], frame: usize) -> Estimate {
         weights.iter().copied().zip(found).filter(|(weight, _)| *weight > LEAST).collect();
     let sum: f64 = parts.iter().map(|(weight, _)| weight).sum();
     let parts: Vec<(f64, &Delayed)> = parts.into_iter().map(|(weight, one)| (weight / sum, one)).collect();
-    let of = |one: &Delayed| one.estimates[frame].mean.push(one.delay_s);
+    let of = |one: &Delayed| one.estimates[frame].state.mean.push(one.delay_s);
     let mut mean = of(parts[0].1) * 0.0;
     for (weight, one) in &parts {
         mean += of(one) * *weight;
@@ -250,12 +251,14 @@ fn together(found: &[Delayed], weights: &[f64], frame: usize) -> Estimate {
         let off = of(one) - &mean;
         covariance += &off * off.transpose() * *weight;
         let mut own = covariance.view_mut((0, 0), (dim - 1, dim - 1));
-        own += &one.estimates[frame].covariance * *weight;
+        own += &one.estimates[frame].state.covariance * *weight;
     }
-    let points = |of: fn(&Estimate) -> &Point| {
-        Point::together(&parts.iter().map(|(weight, one)| (*weight, of(&one.estimates[frame]))).collect::<Vec<_>>())
+    let point = |place: usize| {
+        let each = parts.iter().map(|(weight, one)| (*weight, &one.estimates[frame].places[place]));
+        Point::together(&each.collect::<Vec<_>>())
     };
-    let (wrist, elbow) = (points(|e| &e.wrist), points(|e| &e.elbow));
+    let places: Vec<Point> = (0..PLACES.len()).map(point).collect();
+    let state = places[WRIST].with_state(mean, covariance);
     let evidence = parts.iter().map(|(weight, one)| weight * one.estimates[frame].log_evidence.unwrap_or(0.0)).sum();
-    Estimate { mean, covariance, wrist, elbow, log_evidence: Some(evidence), ..parts[0].1.estimates[frame].clone() }
+    Estimate { state, places, log_evidence: Some(evidence), ..parts[0].1.estimates[frame].clone() }
 }

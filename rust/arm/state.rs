@@ -1,11 +1,12 @@
-//! The arm, the noise around it, the columns of the state, and what an estimate says.
+//! The arm, the noise around it, the columns of the state, and the places that a state puts joints at.
 
 use super::setup::Setup;
 use crate::camera::Camera;
-use crate::filter::{Gaussian, Mixture};
-use crate::particles::{NORMAL_UPPER, ParticleSet, Summary};
+use crate::estimate::{Estimate, Point};
+use crate::filter::Gaussian;
+use crate::particles::ParticleSet;
 use crate::{Error, Result, error::require};
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DVector, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Nothing that is measured or assumed of an arm is larger, in any unit; nor farther away, m.
@@ -137,7 +138,7 @@ impl Noise {
 }
 
 impl Default for Noise {
-    /// The paper's values where it gives them, and what `pytracker/methods.py` has; nothing estimated beside.
+    /// The paper's values where it gives them, and what `pytracker/methods/arm.py` has; nothing estimated beside.
     fn default() -> Self {
         Self {
             accel_density: 0.1,
@@ -264,135 +265,35 @@ impl Layout {
     }
 }
 
-/// A joint: world, metres.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Point {
-    /// Weighted mean.
-    pub mean: Vector3<f64>,
-    /// Where the cloud is densest; differs from the mean when it has two branches (III-C names MAP).
-    pub mode: Vector3<f64>,
-    /// Standard deviation per axis.
-    pub sd: Vector3<f64>,
-    /// 2.5 % quantile per axis.
-    pub lo: Vector3<f64>,
-    /// 97.5 % quantile per axis.
-    pub hi: Vector3<f64>,
+/// What an arm's estimate has places of, in order: wrist and elbow (eq. 2).
+pub const PLACES: [&str; 2] = ["wrist", "elbow"];
+/// The wrist among them.
+pub(super) const WRIST: usize = 0;
+
+/// The estimate of a particle set; `forearm` is wrist to elbow in the world, m.
+pub(super) fn estimate_of_particles(
+    time_s: f64,
+    particles: &ParticleSet,
+    forearm: Vector3<f64>,
+    log_evidence: Option<f64>,
+) -> Estimate {
+    let state = particles.summary(3);
+    let wrist = Point::of_columns(&state, POSITION);
+    let places = vec![wrist.clone(), wrist.moved(forearm)];
+    Estimate { time_s, state, places, ess: Some(particles.ess()), log_evidence, doubt: None, blobs: [None; 3] }
 }
 
-/// What a tracker knows at one time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Estimate {
-    /// Recording time, s.
-    pub time_s: f64,
-    /// Mean of the whole state, `(D,)`: position, velocity, then bias and patch offset where estimated.
-    pub mean: DVector<f64>,
-    /// Covariance of the whole state, `(D, D)`.
-    pub covariance: DMatrix<f64>,
-    /// The wrist joint.
-    pub wrist: Point,
-    /// The elbow joint, eq. (2).
-    pub elbow: Point,
-    /// Effective sample size; none for a Gaussian method.
-    pub ess: Option<f64>,
-    /// Log evidence of this frame's observations; none where nothing was observed.
-    pub log_evidence: Option<f64>,
-    /// Why it must not be believed; none where nothing speaks against it.
-    pub doubt: Option<&'static str>,
-}
-
-impl Estimate {
-    /// From particles; `forearm` is wrist to elbow in the world, m.
-    pub(super) fn from_particles(
-        time_s: f64,
-        particles: &ParticleSet,
-        forearm: Vector3<f64>,
-        log_evidence: Option<f64>,
-    ) -> Self {
-        let Summary { mean, covariance, bands, mode } = particles.summary(3);
-        let wrist = Point {
-            mean: mean.fixed_rows::<3>(POSITION).into(),
-            mode: mode.fixed_rows::<3>(0).into(),
-            sd: Vector3::from_fn(|d, _| covariance[(d, d)].max(0.0).sqrt()),
-            lo: Vector3::from_fn(|d, _| bands[d].lo),
-            hi: Vector3::from_fn(|d, _| bands[d].hi),
-        };
-        let ess = Some(particles.ess());
-        Self { time_s, mean, covariance, elbow: wrist.moved(forearm), wrist, ess, log_evidence, doubt: None }
-    }
-
-    /// From a Gaussian.
-    pub(super) fn from_gaussian(
-        time_s: f64,
-        state: &Gaussian,
-        forearm: Vector3<f64>,
-        log_evidence: Option<f64>,
-    ) -> Self {
-        let mean: Vector3<f64> = state.mean.fixed_rows::<3>(POSITION).into();
-        let sd = Vector3::from_fn(|d, _| state.covariance[(d, d)].max(0.0).sqrt());
-        let wrist = Point { mean, mode: mean, sd, lo: mean - NORMAL_UPPER * sd, hi: mean + NORMAL_UPPER * sd };
-        Self {
-            time_s,
-            mean: state.mean.clone(),
-            covariance: state.covariance.clone(),
-            elbow: wrist.moved(forearm),
-            wrist,
-            ess: None,
-            log_evidence,
-            doubt: None,
-        }
-    }
-
-    /// Whether every number of it is one.
-    pub fn is_finite(&self) -> bool {
-        let points = [&self.wrist, &self.elbow].into_iter().flat_map(|p| [p.mean, p.mode, p.sd, p.lo, p.hi]);
-        let finite = |v: &[f64]| v.iter().all(|x| x.is_finite());
-        finite(self.mean.as_slice())
-            && finite(self.covariance.as_slice())
-            && points.into_iter().all(|v| finite(v.as_slice()))
-    }
-
-    /// Spread by noise that was not drawn: the covariance grows, and the bands as if all were Gaussian.
-    pub(super) fn widened(mut self, noise: &DMatrix<f64>) -> Self {
-        self.covariance += noise;
-        let widen = |point: &mut Point| {
-            for d in 0..3 {
-                let reach = NORMAL_UPPER * noise[(d, d)].max(0.0).sqrt();
-                point.sd[d] = self.covariance[(d, d)].max(0.0).sqrt();
-                point.lo[d] = point.mean[d] - (point.mean[d] - point.lo[d]).hypot(reach);
-                point.hi[d] = point.mean[d] + (point.hi[d] - point.mean[d]).hypot(reach);
-            }
-        };
-        widen(&mut self.wrist);
-        widen(&mut self.elbow);
-        self
-    }
-}
-
-impl Point {
-    /// From normal distributions: weight, mean and standard deviation per axis of each.
-    pub(super) fn of_normals(parts: &[(f64, Vector3<f64>, Vector3<f64>)]) -> Self {
-        let mean: Vector3<f64> = parts.iter().map(|(weight, mean, _)| *weight * mean).sum();
-        let axis = |d: usize| parts.iter().map(move |(w, m, sd)| (*w, m[d], sd[d])).collect::<Vec<_>>();
-        let variance = |d: usize| axis(d).iter().map(|(w, m, sd)| w * (sd * sd + (m - mean[d]).powi(2))).sum::<f64>();
-        let density = |(weight, _, sd): &(f64, Vector3<f64>, Vector3<f64>)| weight / (sd.x * sd.y * sd.z);
-        let mode = parts.iter().max_by(|a, b| density(a).total_cmp(&density(b))).map_or(mean, |part| part.1);
-        Self {
-            mean,
-            mode,
-            sd: Vector3::from_fn(|d, _| variance(d).sqrt()),
-            lo: Vector3::from_fn(|d, _| Mixture::quantile(&axis(d), 0.025)),
-            hi: Vector3::from_fn(|d, _| Mixture::quantile(&axis(d), 0.975)),
-        }
-    }
-
-    /// From weighted points that are normal each.
-    pub(super) fn together(parts: &[(f64, &Self)]) -> Self {
-        Self::of_normals(&parts.iter().map(|(weight, point)| (*weight, point.mean, point.sd)).collect::<Vec<_>>())
-    }
-
-    fn moved(&self, by: Vector3<f64>) -> Self {
-        Self { mean: self.mean + by, mode: self.mode + by, sd: self.sd, lo: self.lo + by, hi: self.hi + by }
-    }
+/// The estimate of a Gaussian.
+pub(super) fn estimate_of_gaussian(
+    time_s: f64,
+    state: &Gaussian,
+    forearm: Vector3<f64>,
+    log_evidence: Option<f64>,
+) -> Estimate {
+    let wrist = Point::of_gaussian(state);
+    let state = wrist.with_state(state.mean.clone(), state.covariance.clone());
+    let places = vec![wrist.clone(), wrist.moved(forearm)];
+    Estimate { time_s, state, places, ess: None, log_evidence, doubt: None, blobs: [None; 3] }
 }
 
 /// Check a pixel or an acceleration: a number, and none that no sensor gives.

@@ -7,9 +7,9 @@
 use super::motion::Motion;
 use super::rest::Stillness;
 use super::state::{Noise, require_finite};
-use super::tracker::Sample;
 use super::worn::{Step, WornMotion};
 use crate::error::require_time;
+use crate::observation::Sample;
 use crate::quaternion::Quaternion;
 use crate::{Error, Result};
 use nalgebra::Vector3;

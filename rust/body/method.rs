@@ -9,15 +9,15 @@
 use super::cues::blobs::{BlobDistance, Scale};
 use super::cues::keypoints::{KeypointDistance, KeypointLook, Person};
 use super::cues::limits::Limits;
-use super::cues::orientation::OrientationDistance;
+use super::cues::orientation::{Orientation, OrientationDistance};
 use super::cues::outline::Outline;
 use super::cues::penetration::Penetration;
 use super::cues::region::{RegionLook, Regions};
 use super::cues::{Blend, Cue, Weighing};
 use super::figure::{Figure, Group};
 use super::motion::{Anew, Walk};
+use super::picture::Picture;
 use super::skin::Blobs;
-use super::tracker::BodyEvidence;
 use super::unseen::Unseen;
 use crate::error::require;
 use crate::filter::Resampling;
@@ -109,7 +109,7 @@ pub enum Blending {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyMethod {
     /// How many particles.
-    pub len: usize,
+    pub particles: usize,
     /// Into how many shares they are divided that are filtered on their own.
     pub islands: usize,
     /// Applied in order at every frame.
@@ -153,7 +153,9 @@ const BOUNDS: [CueName; 2] = [CueName::Limits, CueName::Penetration];
 pub(super) struct Frame<'a> {
     pub figure: &'a Figure,
     pub projection: &'a Projection,
-    pub evidence: &'a BodyEvidence,
+    pub picture: &'a Picture,
+    /// Of segments that wear a sensor.
+    pub orientations: &'a [Orientation],
     /// By wearer.
     pub blobs: Blobs,
     /// Of all whose keypoints were found, the one who is followed.
@@ -174,12 +176,6 @@ impl BodyMethod {
         let positive = |x: f64| x > 0.0 && x <= MOST;
         let zero_or_more = |x: f64| (0.0..=MOST).contains(&x);
         let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
-        require(
-            (1..=self.len.max(1)).contains(&self.islands),
-            "islands",
-            self.islands as f64,
-            "1 to the number of particles",
-        )?;
         require(zero_or_more(base), "base_density", base, "0 m/√s or more")?;
         require(zero_or_more(base_turn), "base_turn_density", base_turn, "0 rad/√s or more")?;
         require(zero_or_more(trunk), "trunk_density", trunk, "0 rad/√s or more")?;
@@ -258,12 +254,12 @@ impl BodyMethod {
 
     /// A cue of that name, where the frame has what it needs.
     fn cue<'a>(&'a self, name: CueName, layer: &'a BodyLayer, frame: &Frame<'a>) -> Option<Box<dyn Cue + 'a>> {
-        let (groups, evidence) = (layer.groups.as_slice(), frame.evidence);
+        let (groups, picture) = (layer.groups.as_slice(), frame.picture);
         let is_rescaled = matches!(self.blending, Blending::Rescaled { .. });
         Some(match name {
             CueName::Edges => {
                 let loss = if is_rescaled { 1.0 } else { self.edge_loss };
-                Box::new(Outline { edges: &evidence.edges, groups, loss })
+                Box::new(Outline { edges: &picture.edges, groups, loss })
             }
             CueName::Blobs => {
                 let spread = Scale::Spread { sd_m: self.blob_sd_m, reach: self.blob_reach };
@@ -272,7 +268,7 @@ impl BodyMethod {
             }
             CueName::Regions => {
                 let Self { skin_loss, foreground_loss, region_reach_m: reach_m, .. } = *self;
-                let (skin, foreground) = (evidence.skin.as_ref(), evidence.foreground.as_ref());
+                let (skin, foreground) = (picture.skin.as_ref(), picture.foreground.as_ref());
                 let look = RegionLook { skin_loss, foreground_loss, reach_m, bare: frame.bare };
                 Box::new(Regions { skin, foreground, groups, look })
             }
@@ -280,9 +276,9 @@ impl BodyMethod {
                 let look = self.keypoints;
                 Box::new(KeypointDistance { person: frame.person?, groups, look })
             }
-            CueName::Orientation if evidence.orientations.is_empty() => return None,
+            CueName::Orientation if frame.orientations.is_empty() => return None,
             CueName::Orientation => {
-                let (orientations, inflation) = (evidence.orientations.as_slice(), self.orientation_inflation);
+                let (orientations, inflation) = (frame.orientations, self.orientation_inflation);
                 Box::new(OrientationDistance { orientations, groups, inflation })
             }
             CueName::Limits => Box::new(Limits),

@@ -54,10 +54,27 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// Log-density of a normal step in one column; nothing where it stays.
+    /// Log-density of a normal step in one column; a column that does not move must stay.
     fn step(&self, d: usize, from: f64, to: f64) -> f64 {
         let sd = self.sd[d];
-        if sd > 0.0 { -0.5 * ((to - from) / sd).powi(2) - (sd * TAU.sqrt()).ln() } else { 0.0 }
+        if sd > 0.0 {
+            -0.5 * ((to - from) / sd).powi(2) - (sd * TAU.sqrt()).ln()
+        } else if to.total_cmp(&from).is_eq() {
+            0.0
+        } else {
+            f64::NEG_INFINITY
+        }
+    }
+
+    /// `ln p(to | from)` of one state.
+    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
+        let is_arm = |d: usize| self.anew.iter().any(|arm| arm.columns.iter().any(|(column, _)| *column == d));
+        let rest: f64 = (0..self.sd.len()).filter(|d| !is_arm(*d)).map(|d| self.step(d, from[d], to[d])).sum();
+        let arms = self.anew.iter().map(|arm| {
+            let walked: f64 = arm.columns.iter().map(|(d, _)| self.step(*d, from[*d], to[*d])).sum();
+            ((1.0 - self.share) * walked.exp() + self.share * arm.log_density(to).exp()).ln()
+        });
+        rest + arms.sum::<f64>()
     }
 }
 
@@ -82,13 +99,9 @@ impl Transition for Walk {
         }
     }
 
-    fn log_density(&self, from: &[f64], to: &[f64]) -> f64 {
-        let is_arm = |d: usize| self.anew.iter().any(|arm| arm.columns.iter().any(|(column, _)| *column == d));
-        let rest: f64 = (0..self.sd.len()).filter(|d| !is_arm(*d)).map(|d| self.step(d, from[d], to[d])).sum();
-        let arms = self.anew.iter().map(|arm| {
-            let walked: f64 = arm.columns.iter().map(|(d, _)| self.step(*d, from[*d], to[*d])).sum();
-            ((1.0 - self.share) * walked.exp() + self.share * arm.log_density(to).exp()).ln()
-        });
-        rest + arms.sum::<f64>()
+    fn log_densities(&self, from: &[f64], to: &[f64], out: &mut [f64]) {
+        for (out, from) in out.iter_mut().zip(from.chunks(to.len())) {
+            *out = self.log_density(from, to);
+        }
     }
 }

@@ -126,7 +126,8 @@ impl LayeredFilter {
             let ancestors = self.resample_if_due(streams, !layer.likelihoods.is_empty());
             if let (Some(recorder), Some(predicted), Some(weights)) = (recorder.as_deref_mut(), predicted, weights) {
                 let ancestors = ancestors.map(<[u32]>::to_vec);
-                recorder.record(LayerRecord { step, time_s, layer: index, predicted, weights, ancestors });
+                let layer = index;
+                recorder.record(LayerRecord { step, time_s, island: 0, layer, predicted, weights, ancestors });
             }
         }
         self.step += 1;

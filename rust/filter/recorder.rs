@@ -7,6 +7,8 @@ pub struct LayerRecord {
     pub step: u64,
     /// Recording time, s.
     pub time_s: f64,
+    /// Which island, from 0; 0 where there is one.
+    pub island: usize,
     /// Which layer, from 0.
     pub layer: usize,
     /// The set after the transition, rows `(N, D)` flattened.

@@ -4,7 +4,7 @@ use crate::arm::ekf::Correction;
 use crate::arm::particle::{ArmLayer, Cue, Mover};
 use crate::arm::setup::Setup;
 use crate::arm::state::{GaussMarkov, View};
-use crate::arm::{Method, Noise};
+use crate::arm::{Arm, Method, Noise};
 use crate::camera::Camera;
 use crate::error::guarded;
 use crate::filter::Resampling;
@@ -17,10 +17,34 @@ use pyo3::prelude::*;
 #[derive(FromPyObject)]
 #[allow(clippy::struct_field_names)] // the names are Python's
 pub struct ArmArgument {
-    pub shoulder_m: [f64; 3],
-    pub upper_arm_m: f64,
-    pub forearm_m: f64,
-    pub wrist_start_m: [f64; 3],
+    shoulder_m: [f64; 3],
+    upper_arm_m: f64,
+    forearm_m: f64,
+    wrist_start_m: [f64; 3],
+}
+
+impl From<ArmArgument> for Arm {
+    fn from(arm: ArmArgument) -> Self {
+        Self {
+            shoulder: arm.shoulder_m.into(),
+            upper_arm_m: arm.upper_arm_m,
+            forearm_m: arm.forearm_m,
+            wrist_start: arm.wrist_start_m.into(),
+        }
+    }
+}
+
+/// `pytracker.View`, read.
+#[derive(FromPyObject)]
+pub struct ViewArgument {
+    camera: CameraArgument,
+}
+
+impl ViewArgument {
+    /// The camera, checked.
+    pub fn view(self) -> Result<View> {
+        self.camera.try_into()
+    }
 }
 
 /// `pytracker.Camera`, read.
@@ -198,15 +222,6 @@ fn corrections(names: &[String]) -> Result<Vec<Correction>> {
 pub fn check_camera(camera: CameraArgument) -> PyResult<()> {
     guarded(|| View::try_from(camera))?;
     Ok(())
-}
-
-/// One camera or a list of them.
-pub fn extract_views(cameras: &Bound<'_, PyAny>) -> PyResult<Vec<View>> {
-    let several = match cameras.extract::<CameraArgument>() {
-        Ok(one) => vec![one],
-        Err(_) => cameras.extract()?,
-    };
-    Ok(several.into_iter().map(View::try_from).collect::<Result<_>>()?)
 }
 
 pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {

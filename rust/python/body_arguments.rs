@@ -1,7 +1,7 @@
 //! What Python gives a body tracker, read: the outer shape, the camera, the method.
 
 use crate::body::cues::keypoints::KeypointLook;
-use crate::body::{Blending, BodyLayer, BodyMethod, CueName, Diffusion, Group, Unseen};
+use crate::body::{Blending, BodyLayer, BodyMethod, CueName, Diffusion, Group, Part, Unseen};
 use crate::camera::Camera;
 use crate::filter::Resampling;
 use crate::projection::Projection;
@@ -12,9 +12,15 @@ use pyo3::prelude::*;
 /// `pytracker.Part`, read.
 #[derive(FromPyObject)]
 pub struct PartArgument {
-    pub start: (String, f64),
-    pub end: (String, f64),
-    pub half_width_m: [f64; 2],
+    start: (String, f64),
+    end: (String, f64),
+    half_width_m: [f64; 2],
+}
+
+impl From<PartArgument> for Part {
+    fn from(part: PartArgument) -> Self {
+        Self { start: part.start, end: part.end, half_width_m: part.half_width_m }
+    }
 }
 
 /// A camera of the body: a weak-perspective matrix or a pinhole.
@@ -91,7 +97,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         Ok(BodyLayer { groups, spread, sharpness })
     };
     let method = BodyMethod {
-        len: m.particles,
+        particles: m.particles,
         islands: m.islands,
         layers: m.layers.into_iter().map(layer).collect::<Result<_>>()?,
         resampling: Resampling::new(Scheme::from_name(&m.resampling)?, m.ess_threshold)?,

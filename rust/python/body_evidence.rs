@@ -1,20 +1,18 @@
 //! What Python shows a body tracker of one frame, read.
 
+use super::border::compute;
 use super::rows;
 use crate::body::cues::keypoints::{KEYPOINTS, Keypoint, Person};
 use crate::body::cues::orientation::{Orientation, Segment};
 use crate::body::edges::EdgeImage;
-use crate::body::{BodyEvidence, Region};
+use crate::body::{Picture, Region};
 use crate::{Error, Result};
 use nalgebra::{Quaternion, UnitQuaternion};
-use numpy::{PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{PyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 
 /// Distances `(H, W)` and points `(P, 2)` of a region.
 type RegionArgument<'py> = (PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, f64>);
-
-/// Segment, `q_world_segment`, standard deviations of direction and roll, rad.
-type OrientationArgument = (String, [f64; 4], f64, f64);
 
 #[derive(FromPyObject)]
 struct EvidenceArgument<'py> {
@@ -23,18 +21,16 @@ struct EvidenceArgument<'py> {
     skin_region: Option<RegionArgument<'py>>,
     foreground_region: Option<RegionArgument<'py>>,
     keypoints: Option<PyReadonlyArray3<'py, f64>>,
-    orientations: Vec<OrientationArgument>,
 }
 
-pub fn extract_evidence(evidence: &Bound<'_, PyAny>) -> PyResult<BodyEvidence> {
+pub fn extract_evidence(evidence: &Bound<'_, PyAny>) -> PyResult<Picture> {
     let e: EvidenceArgument<'_> = evidence.extract()?;
-    Ok(BodyEvidence {
+    Ok(Picture {
         edges: image(&e.edges)?,
         blobs: rows("blobs", &e.blobs)?,
         skin: e.skin_region.map(region).transpose()?,
         foreground: e.foreground_region.map(region).transpose()?,
         keypoints: e.keypoints.as_ref().map_or(Ok(Vec::new()), people)?,
-        orientations: e.orientations.into_iter().map(orientation).collect::<Result<_>>()?,
     })
 }
 
@@ -61,11 +57,12 @@ fn people(keypoints: &PyReadonlyArray3<'_, f64>) -> Result<Vec<Person>> {
     Ok((0..view.dim().0).map(|person| std::array::from_fn(|k| point(person, k))).collect())
 }
 
-fn orientation((segment, [w, x, y, z], sd, roll_sd): OrientationArgument) -> Result<Orientation> {
+/// How a segment that wears a sensor is turned.
+pub fn orientation(segment: &str, [w, x, y, z]: [f64; 4], sd: f64, roll_sd: f64) -> Result<Orientation> {
     let q = Quaternion::new(w, x, y, z);
     crate::error::require((q.norm() - 1.0).abs() < 0.01, "length of q_world_segment", q.norm(), "1")?;
     Ok(Orientation {
-        segment: Segment::from_name(&segment)?,
+        segment: Segment::from_name(segment)?,
         q_world_segment: UnitQuaternion::from_quaternion(q),
         sd,
         roll_sd,
@@ -80,4 +77,23 @@ pub fn image(edges: &PyReadonlyArray2<'_, u8>) -> Result<EdgeImage> {
         Some(bytes) => EdgeImage::new(width, height, bytes),
         None => EdgeImage::new(width, height, &view.iter().copied().collect::<Vec<_>>()),
     }
+}
+
+/// Share of an outline's pixels that lie on no edge (Li & Kulić eq. 4), 0 to 1: edges `(H, W)` bytes, outlines
+/// `(N, 4, 2)` px flattened to `(N, 8)`. Raises `InputError`.
+#[pyfunction]
+pub fn missed_edges<'py>(
+    py: Python<'py>,
+    edges: PyReadonlyArray2<'py, u8>,
+    outlines: PyReadonlyArray2<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let image = image(&edges)?;
+    let corners = |c: [f64; 8]| [[c[0], c[1]], [c[2], c[3]], [c[4], c[5]], [c[6], c[7]]];
+    let outlines: Vec<_> = rows::<8>("outlines", &outlines)?.into_iter().map(corners).collect();
+    let mut missed = vec![0.0; outlines.len()];
+    compute(py, None, || {
+        image.missed_all(&outlines, &mut missed);
+        Ok(())
+    })?;
+    Ok(PyArray1::from_vec(py, missed))
 }

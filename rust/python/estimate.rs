@@ -1,16 +1,81 @@
-//! What a tracker says, as NumPy arrays: one estimate, or one row a frame.
+//! `Estimate` and `Place`: what a tracker says, as NumPy arrays; or all of it, one row a frame.
 
-use crate::arm;
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, ToPyArray};
+use crate::estimate::{self, Point};
+use crate::particles::Summary;
+use numpy::{PyArray1, PyArray2, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-/// What a tracker knows at one time: joints in the world, metres.
+/// Quantities of a place and of a column of the state: mean, mode, standard deviation, 2.5 % and 97.5 % quantile.
+const QUANTITIES: usize = 5;
+
+/// What a tracker knows at one time.
 #[pyclass(frozen, module = "pytracker._core")]
-pub struct Estimate(pub arm::Estimate);
+pub struct Estimate {
+    /// What it knows.
+    pub of: estimate::Estimate,
+    /// Names of its places.
+    pub names: Vec<&'static str>,
+}
+
+/// A joint of an estimate: world, metres.
+#[pyclass(frozen, module = "pytracker._core")]
+pub struct Place(Point);
 
 fn vector<'py>(py: Python<'py>, v: &[f64]) -> Bound<'py, PyArray1<f64>> {
     v.to_pyarray(py)
+}
+
+fn quantities(point: &Point) -> [f64; 3 * QUANTITIES] {
+    let each = [point.mean, point.mode, point.sd, point.lo, point.hi];
+    std::array::from_fn(|k| each[k / 3][k % 3])
+}
+
+/// Of the columns that have bands, `(5, K)`.
+fn columns(summary: &Summary) -> Vec<f64> {
+    let k = summary.bands.len();
+    let sd = (0..k).map(|d| summary.covariance[(d, d)].max(0.0).sqrt());
+    let numbers = summary.mean.iter().take(k).copied().chain(summary.mode.iter().copied()).chain(sd);
+    let bands = summary.bands.iter().map(|b| b.lo).chain(summary.bands.iter().map(|b| b.hi));
+    numbers.chain(bands).collect()
+}
+
+#[pymethods]
+impl Place {
+    /// Weighted mean, `(3,)` m.
+    #[getter]
+    fn mean<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, self.0.mean.as_slice())
+    }
+
+    /// Where the cloud is densest, `(3,)` m.
+    #[getter]
+    fn mode<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, self.0.mode.as_slice())
+    }
+
+    /// Standard deviation per axis, `(3,)` m.
+    #[getter]
+    fn sd<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, self.0.sd.as_slice())
+    }
+
+    /// 2.5 % quantile per axis, `(3,)` m.
+    #[getter]
+    fn lo<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, self.0.lo.as_slice())
+    }
+
+    /// 97.5 % quantile per axis, `(3,)` m.
+    #[getter]
+    fn hi<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, self.0.hi.as_slice())
+    }
+
+    fn __repr__(&self) -> String {
+        let (m, s) = (&self.0.mean, &self.0.sd);
+        format!("[{:.3}, {:.3}, {:.3}] ± [{:.3}, {:.3}, {:.3}] m", m.x, m.y, m.z, s.x, s.y, s.z)
+    }
 }
 
 #[pymethods]
@@ -18,121 +83,102 @@ impl Estimate {
     /// Recording time, s.
     #[getter]
     fn time_s(&self) -> f64 {
-        self.0.time_s
+        self.of.time_s
     }
 
-    /// Mean of the wrist, `(3,)` m.
+    /// The joints by name. An arm: `wrist` and `elbow` (Tao & Hu eq. 2); a body: those of `KEY_JOINTS`.
     #[getter]
-    fn wrist<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.wrist.mean.as_slice())
+    fn places<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let out = PyDict::new(py);
+        for (name, place) in self.names.iter().zip(&self.of.places) {
+            out.set_item(name, Place(place.clone()))?;
+        }
+        Ok(out)
     }
 
-    /// Where the wrist's cloud is densest, `(3,)` m.
-    #[getter]
-    fn wrist_mode<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.wrist.mode.as_slice())
-    }
-
-    /// Standard deviation of the wrist per axis, `(3,)` m.
-    #[getter]
-    fn wrist_sd<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.wrist.sd.as_slice())
-    }
-
-    /// 2.5 % quantile of the wrist per axis, `(3,)` m.
-    #[getter]
-    fn wrist_lo<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.wrist.lo.as_slice())
-    }
-
-    /// 97.5 % quantile of the wrist per axis, `(3,)` m.
-    #[getter]
-    fn wrist_hi<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.wrist.hi.as_slice())
-    }
-
-    /// Mean of the elbow, `(3,)` m (Tao & Hu eq. 2); its spread is the wrist's.
-    #[getter]
-    fn elbow<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.elbow.mean.as_slice())
-    }
-
-    /// Mean of the whole state, `(D,)`: position, velocity, then bias and patch offset where estimated.
+    /// Mean of the whole state, `(D,)`. An arm: position, velocity, then bias and patch offset where estimated; a body: the
+    /// free channels, m and rad.
     #[getter]
     fn mean<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        vector(py, self.0.mean.as_slice())
+        vector(py, self.of.state.mean.as_slice())
     }
 
     /// Covariance of the whole state, `(D, D)`.
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        let c = &self.0.covariance;
+        let c = &self.of.state.covariance;
         // Symmetric, so column order and row order are one.
         PyArray1::from_slice(py, c.as_slice()).reshape([c.nrows(), c.ncols()]).expect("D * D values")
+    }
+
+    /// Mean, mode, standard deviation, 2.5 % and 97.5 % quantile of the state, `(5, K)`: of an arm's position, of all of a
+    /// body's channels.
+    #[getter]
+    fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let numbers = columns(&self.of.state);
+        let width = numbers.len() / QUANTITIES;
+        PyArray1::from_vec(py, numbers).reshape([QUANTITIES, width])
+    }
+
+    /// A body: the skin blob given to head, left hand and right hand, `(3, 2)` px; NaN where none was.
+    #[getter]
+    fn blobs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        PyArray1::from_iter(py, blobs(&self.of)).reshape([3, 2])
     }
 
     /// Effective sample size; `None` for a Gaussian method.
     #[getter]
     fn ess(&self) -> Option<f64> {
-        self.0.ess
+        self.of.ess
     }
 
-    /// Log evidence of this frame's observations; `None` where nothing was observed.
+    /// Log evidence of this frame's observations; `None` where nothing was observed or the weights are no likelihoods.
     #[getter]
     fn log_evidence(&self) -> Option<f64> {
-        self.0.log_evidence
+        self.of.log_evidence
     }
 
     /// Why it must not be believed, in words; empty where nothing speaks against it.
     #[getter]
     fn doubt(&self) -> &'static str {
-        self.0.doubt.unwrap_or_default()
+        self.of.doubt.unwrap_or_default()
     }
 
     fn __repr__(&self) -> String {
-        let (w, s) = (&self.0.wrist.mean, &self.0.wrist.sd);
-        format!(
-            "Estimate(time_s={:.3}, wrist=[{:.3}, {:.3}, {:.3}] ± [{:.3}, {:.3}, {:.3}] m)",
-            self.0.time_s, w.x, w.y, w.z, s.x, s.y, s.z
-        )
+        let first = self.names.last().copied().unwrap_or_default();
+        let place = self.of.places.last().map(|place| Place(place.clone()).__repr__()).unwrap_or_default();
+        format!("Estimate(time_s={:.3}, {first}={place})", self.of.time_s)
     }
 }
 
-/// Picks a joint of an estimate.
-type Joint = fn(&arm::Estimate) -> &arm::Point;
+fn blobs(estimate: &estimate::Estimate) -> impl Iterator<Item = f64> {
+    estimate.blobs.iter().flat_map(|blob| blob.unwrap_or([f64::NAN; 2])).collect::<Vec<_>>().into_iter()
+}
 
-/// One row an estimate, by name; a quantity that the method does not have is left out or NaN.
-pub fn table<'py>(py: Python<'py>, estimates: &[arm::Estimate]) -> PyResult<Bound<'py, PyDict>> {
-    let out = PyDict::new(py);
-    let joints: [(&str, Joint); 2] = [("wrist", |e| &e.wrist), ("elbow", |e| &e.elbow)];
-    for (joint, point) in joints {
-        out.set_item(joint, triples(py, estimates, |e| point(e).mean.as_slice())?)?;
-        out.set_item(format!("{joint}_mode"), triples(py, estimates, |e| point(e).mode.as_slice())?)?;
-        out.set_item(format!("{joint}_sd"), triples(py, estimates, |e| point(e).sd.as_slice())?)?;
-        out.set_item(format!("{joint}_lo"), triples(py, estimates, |e| point(e).lo.as_slice())?)?;
-        out.set_item(format!("{joint}_hi"), triples(py, estimates, |e| point(e).hi.as_slice())?)?;
+/// One row an estimate: places by name `(T, 5, 3)`, `state` `(T, 5, K)`, `mean`, `covariance`, `blobs`, `ess`, `log_evidence`,
+/// `doubt`; a quantity that the method does not have is NaN.
+pub fn table<'py>(
+    py: Python<'py>,
+    names: &[&'static str],
+    estimates: &[estimate::Estimate],
+) -> PyResult<Bound<'py, PyDict>> {
+    let (out, rows) = (PyDict::new(py), estimates.len());
+    for (p, name) in names.iter().enumerate() {
+        let numbers = estimates.iter().flat_map(|e| quantities(&e.places[p]));
+        out.set_item(name, PyArray1::from_iter(py, numbers).reshape([rows, QUANTITIES, 3])?)?;
     }
-    let numbers = |of: fn(&arm::Estimate) -> f64| PyArray1::from_iter(py, estimates.iter().map(of));
+    let (width, dim) = estimates.first().map_or((0, 0), |e| (e.state.bands.len(), e.state.mean.len()));
+    let state = PyArray1::from_iter(py, estimates.iter().flat_map(|e| columns(&e.state)));
+    out.set_item("state", state.reshape([rows, QUANTITIES, width])?)?;
+    let mean = PyArray1::from_iter(py, estimates.iter().flat_map(|e| e.state.mean.iter().copied()));
+    out.set_item("mean", mean.reshape([rows, dim])?)?;
+    let covariance = PyArray1::from_iter(py, estimates.iter().flat_map(|e| e.state.covariance.iter().copied()));
+    out.set_item("covariance", covariance.reshape([rows, dim, dim])?)?;
+    out.set_item("blobs", PyArray1::from_iter(py, estimates.iter().flat_map(blobs)).reshape([rows, 3, 2])?)?;
+    let numbers = |of: fn(&estimate::Estimate) -> f64| PyArray1::from_iter(py, estimates.iter().map(of));
+    out.set_item("time_s", numbers(|e| e.time_s))?;
     out.set_item("ess", numbers(|e| e.ess.unwrap_or(f64::NAN)))?;
     out.set_item("log_evidence", numbers(|e| e.log_evidence.unwrap_or(f64::NAN)))?;
     out.set_item("doubt", estimates.iter().map(|e| e.doubt.unwrap_or_default()).collect::<Vec<_>>())?;
-    let dim = estimates.first().map_or(0, |e| e.mean.len());
-    let mean = PyArray1::from_iter(py, estimates.iter().flat_map(|e| e.mean.iter().copied()));
-    out.set_item("mean", mean.reshape([estimates.len(), dim])?)?;
-    let covariance: Bound<'py, PyArray3<f64>> =
-        PyArray1::from_iter(py, estimates.iter().flat_map(|e| e.covariance.iter().copied())).reshape([
-            estimates.len(),
-            dim,
-            dim,
-        ])?;
-    out.set_item("covariance", covariance)?;
     Ok(out)
-}
-
-fn triples<'py>(
-    py: Python<'py>,
-    estimates: &[arm::Estimate],
-    of: impl Fn(&arm::Estimate) -> &[f64],
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    PyArray1::from_iter(py, estimates.iter().flat_map(|e| of(e).iter().copied())).reshape([estimates.len(), 3])
 }

@@ -21,6 +21,12 @@ impl LayerRecord {
         self.0.layer
     }
 
+    /// Which island, from 0; 0 where there is one.
+    #[getter]
+    fn island(&self) -> usize {
+        self.0.island
+    }
+
     /// Recording time, s.
     #[getter]
     fn time_s(&self) -> f64 {

@@ -33,10 +33,10 @@ fn late_and_broken_samples_are_refused_and_change_nothing() {
 fn a_lost_track_names_its_frame() {
     let (samples, frames) = recording();
     let behind = Arm { wrist_start: Vector3::new(0.2, 9.0, 0.0), ..arm() };
-    let mut tracker = ArmTracker::new(behind, vec![view()], noise(), layered(50), 1).unwrap();
+    let mut tracker = made(behind, vec![view()], noise(), layered(50)).unwrap();
     let mut unseen = frames.clone();
     unseen[..3].iter_mut().for_each(|frame| frame.1[0] = None);
-    let stretch = tracker.run(&samples, &unseen, 100);
+    let stretch = tracker.run(in_order(&samples, &unseen));
     assert_eq!(stretch.estimates.len(), 3);
     let stopped = stretch.stopped.unwrap();
     assert!(stopped.is_loss_of_track());
@@ -44,14 +44,14 @@ fn a_lost_track_names_its_frame() {
     assert_eq!(again, Error::Lost { time_s: 0.5, lost_at_s: unseen[3].0 });
     assert_eq!(
         stopped.to_string(),
-        "frame 103: all 50 particle weights are zero at 0.123 s (layer 0), expected at least one particle that the \
+        "frame 3: all 50 particle weights are zero at 0.123 s (layer 0), expected at least one particle that the \
          observation allows"
     );
 }
 
 #[test]
 fn parameters_out_of_range_are_named() {
-    let refuse = |noise: Noise| match ArmTracker::new(arm(), vec![view()], noise, joint(10), 0) {
+    let refuse = |noise: Noise| match made(arm(), vec![view()], noise, joint(10)) {
         Err(Error::Parameter { name, .. }) => name,
         _ => "accepted",
     };
@@ -61,16 +61,13 @@ fn parameters_out_of_range_are_named() {
     assert_eq!(refuse(Noise { arm_length_sd: f64::NAN, ..noise() }), "arm_length_sd_m");
     assert_eq!(refuse(Noise { hold_s: f64::INFINITY, ..noise() }), "hold_s");
     let short = Arm { forearm_m: 0.0, ..arm() };
-    let error = ArmTracker::new(short, vec![view()], noise(), joint(10), 0).unwrap_err();
+    let error = made(short, vec![view()], noise(), joint(10)).unwrap_err();
     assert_eq!(error.to_string(), "forearm_m is 0, expected a positive length in metres, at most 1");
     assert!(matches!(Resampling::new(Scheme::Residual, 1.5), Err(Error::Parameter { name: "ess_threshold", .. })));
     let none = particles(vec![layer(Mover::Walk, &[Cue::ArmLength])], 10);
-    assert!(matches!(ArmTracker::new(arm(), vec![view()], noise(), none, 0), Err(Error::Size { name: "layers", .. })));
+    assert!(matches!(made(arm(), vec![view()], noise(), none), Err(Error::Size { name: "layers", .. })));
     let empty = joint(0);
-    assert!(matches!(
-        ArmTracker::new(arm(), vec![view()], noise(), empty, 0),
-        Err(Error::Parameter { name: "particles", .. })
-    ));
+    assert!(matches!(made(arm(), vec![view()], noise(), empty), Err(Error::Parameter { name: "particles", .. })));
     assert!(Mover::from_name("inertal").is_err() && Cue::from_name("color").is_err());
     assert!(Correction::from_name("arm").is_err());
 }

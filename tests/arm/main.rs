@@ -1,18 +1,18 @@
 //! The arm tracker from outside, on a wrist at rest.
 
 use nalgebra::{DVector, Matrix3, Vector2, Vector3};
-use pytracker::Error;
 use pytracker::arm::ekf::Correction;
 use pytracker::arm::motion::{InertialMotion, Motion, RandomWalk};
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
 use pytracker::arm::state::{GaussMarkov, Layout, View};
-use pytracker::arm::{Arm, ArmTracker, Estimate, Method, Noise, Sample};
+use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::camera::Camera;
 use pytracker::filter::{History, Resampling, Transition};
 use pytracker::particles::ParticleSet;
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
 use pytracker::rng::Streams;
+use pytracker::{Error, Estimate, Observation, Result, Sample, Tracker};
 
 mod faults;
 mod motion;
@@ -55,8 +55,37 @@ fn layered(len: usize) -> Method {
     particles(vec![layer(Mover::Inertial, &[Cue::Colour]), layer(Mover::Walk, &[Cue::ArmLength])], len)
 }
 
-fn tracker(noise: Noise, method: Method) -> ArmTracker {
-    ArmTracker::new(arm(), vec![view()], noise, method, 7).unwrap()
+fn tracker(noise: Noise, method: Method) -> Tracker {
+    made(arm(), vec![view()], noise, method).unwrap()
+}
+
+fn made(arm: Arm, views: Vec<View>, noise: Noise, method: Method) -> Result<Tracker> {
+    ArmFilter::new(arm, views, noise, method, 7).map(Tracker::from)
+}
+
+/// What a tracker does at a sample and at a frame.
+trait Take {
+    fn predict(&mut self, sample: &Sample) -> Result<()>;
+    fn update(&mut self, time_s: f64, pixels: &[Option<Vector2<f64>>]) -> Result<Estimate>;
+}
+
+impl Take for Tracker {
+    fn predict(&mut self, sample: &Sample) -> Result<()> {
+        self.observe(Observation::inertial(*sample)).map(|found| assert!(found.is_none()))
+    }
+
+    fn update(&mut self, time_s: f64, pixels: &[Option<Vector2<f64>>]) -> Result<Estimate> {
+        self.observe(Observation::patch(time_s, pixels.to_vec())).map(|found| found.expect("an estimate of a frame"))
+    }
+}
+
+/// Samples and frames in order of time; a sample at a frame's own time comes before it.
+fn in_order(samples: &[Sample], frames: &[Pixels]) -> Vec<Observation> {
+    let samples = samples.iter().enumerate().map(|(k, sample)| Observation::inertial(*sample).numbered(k));
+    let frames = frames.iter().enumerate().map(|(k, (at, pixels))| Observation::patch(*at, pixels.clone()).numbered(k));
+    let mut all: Vec<Observation> = samples.chain(frames).collect();
+    all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+    all
 }
 
 /// Time and one pixel a camera.
@@ -84,9 +113,9 @@ fn recording() -> (Vec<Sample>, Vec<Pixels>) {
     (samples, frames)
 }
 
-fn all(tracker: &mut ArmTracker) -> Vec<Estimate> {
+fn all(tracker: &mut Tracker) -> Vec<Estimate> {
     let (samples, frames) = recording();
-    let stretch = tracker.run(&samples, &frames, 0);
+    let stretch = tracker.run(in_order(&samples, &frames));
     assert_eq!(stretch.stopped, None);
     stretch.estimates
 }

@@ -38,15 +38,40 @@ fn threads_do_not_change_a_bit() {
 #[test]
 fn a_resumed_tracker_gives_the_same_tail() {
     let (samples, frames) = recording();
-    let mut whole = tracker(with_bias(), layered(400));
-    let expected = all(&mut whole);
+    let observations = in_order(&samples, &frames);
+    let expected = all(&mut tracker(with_bias(), layered(400)));
     let mut first = tracker(with_bias(), layered(400));
-    let head = first.run(&samples, &frames[..10], 0);
-    let mut resumed = ArmTracker::restore(&first.save().unwrap()).unwrap();
-    let tail = resumed.run(&samples[head.used..], &frames[10..], 10);
-    assert_eq!(head.estimates, expected[..10]);
-    assert_eq!(tail.estimates, expected[10..]);
-    assert!(matches!(ArmTracker::restore(b"nonsense"), Err(Error::SavedState { .. })));
+    let head = first.run(observations[..50].to_vec());
+    let mut resumed = Tracker::restore(&first.save().unwrap()).unwrap();
+    let tail = resumed.run(observations[50..].to_vec());
+    assert_eq!([head.estimates, tail.estimates].concat(), expected);
+    assert!(matches!(Tracker::restore(b"nonsense"), Err(Error::SavedState { .. })));
+}
+
+/// What comes late within the delay is put in order: the same bits, only later; beyond it it is refused by how much.
+#[test]
+fn late_observations_are_put_in_order() {
+    let (samples, frames) = recording();
+    let expected = all(&mut tracker(with_bias(), layered(300)));
+    let mut observations = in_order(&samples, &frames);
+    for k in (0..observations.len() - 7).step_by(7) {
+        observations[k..k + 7].reverse();
+    }
+    let mut late = tracker(with_bias(), layered(300)).with_delay(0.2).unwrap();
+    let mut found = Vec::new();
+    for observation in observations {
+        found.extend(late.observe(observation).unwrap());
+    }
+    assert!(found.len() < expected.len() && matches!(late.save(), Err(Error::SavedState { .. })));
+    found.extend(late.finish().unwrap());
+    assert_eq!(found, expected);
+    let error = late.observe(Observation::inertial(samples[70]).numbered(70)).unwrap_err();
+    let by = samples[99].time_s - samples[70].time_s;
+    assert!(
+        error.to_string().starts_with(&format!("IMU sample 70: IMU sample at 0.7 s comes {by} s after")),
+        "{error}"
+    );
+    assert!(tracker(noise(), layered(10)).with_delay(-1.0).is_err());
 }
 
 /// A frame without a sighting widens the estimate; the constraint alone still holds the arm together.
@@ -62,7 +87,7 @@ fn an_unseen_patch_shows_in_the_spread() {
             let seen = if k < 40 { pixel } else { None };
             let estimate = tracker.update(sample.time_s, &[seen]).unwrap();
             assert_eq!(estimate.log_evidence.is_some(), seen.is_some());
-            spread.push(estimate.wrist.sd.x);
+            spread.push(estimate.places[0].sd.x);
         }
     }
     assert!(spread[24] > 2.0 * spread[9], "{spread:?}");
@@ -79,10 +104,10 @@ fn estimates_between_frames_move_and_widen() {
     let later = tracker.estimate(0.09).unwrap();
     assert_eq!(tracker, before);
     for d in 0..3 {
-        assert!(later.covariance[(d, d)] > at_frame.covariance[(d, d)] * 0.2);
-        assert!(later.wrist.lo[d] < later.wrist.mean[d] && later.wrist.mean[d] < later.wrist.hi[d]);
+        assert!(later.state.covariance[(d, d)] > at_frame.state.covariance[(d, d)] * 0.2);
+        assert!(later.places[0].lo[d] < later.places[0].mean[d] && later.places[0].mean[d] < later.places[0].hi[d]);
     }
-    assert!(tracker.estimate(0.5).unwrap().wrist.sd.x > later.wrist.sd.x);
+    assert!(tracker.estimate(0.5).unwrap().places[0].sd.x > later.places[0].sd.x);
 }
 
 /// Two cameras are two sightings of one layer; where one does not see, the other does.
@@ -96,14 +121,14 @@ fn two_cameras_fix_the_depth() {
     let plain = || particles(vec![layer(Mover::Inertial, &[Cue::Colour])], 3000);
     let wide = Noise { position_start_sd: 0.1, ..noise() };
     let depth = |views: Vec<View>, pixels: &[Option<Vector2<f64>>]| {
-        let mut tracker = ArmTracker::new(arm(), views, wide.clone(), plain(), 1).unwrap();
+        let mut tracker = made(arm(), views, wide.clone(), plain()).unwrap();
         tracker.predict(&recording().0[0]).unwrap();
-        tracker.update(0.0, pixels).unwrap().wrist.sd.y
+        tracker.update(0.0, pixels).unwrap().places[0].sd.y
     };
     let one = depth(views[..1].to_vec(), &pixels[..1]);
     let two = depth(views.clone(), &pixels);
     assert!(one > 0.08 && two < 0.02, "{one} {two}");
-    let mut tracker = ArmTracker::new(arm(), views, wide, plain(), 1).unwrap();
+    let mut tracker = made(arm(), views, wide, plain()).unwrap();
     tracker.predict(&recording().0[0]).unwrap();
     let error = tracker.update(0.0, &pixels[..1]).unwrap_err();
     assert_eq!(error, Error::Size { name: "pixels", got: 1, unit: "cameras", expected: 2 });
@@ -118,7 +143,7 @@ fn an_outlier_is_tolerated_where_asked() {
         let noise = Noise { outlier_fraction, position_start_sd: 0.05, ..noise() };
         let mut tracker = tracker(noise, particles(vec![layer(Mover::Inertial, &[Cue::Colour])], 2000));
         tracker.predict(&samples[0]).unwrap();
-        (tracker.update(0.0, &[far]).unwrap().wrist.mean - arm().wrist_start).x
+        (tracker.update(0.0, &[far]).unwrap().places[0].mean - arm().wrist_start).x
     };
     assert!(moved(0.0) > 0.1);
     assert!(moved(0.1).abs() < 0.01);
@@ -135,7 +160,7 @@ fn from_constraint_weighs_the_last_frame_first() {
     tracker.update(0.0, &[None]).unwrap();
     tracker.predict(&Sample { time_s: 0.04, world_sensor: turned, turn_rate: None, ..samples[0] }).unwrap();
     let mut history = History::default();
-    tracker.update_recorded(0.04, &[None], Some(&mut history)).unwrap();
+    tracker.observe_recorded(Observation::patch(0.04, vec![None]), Some(&mut history)).unwrap();
     assert_eq!(history.layers.iter().map(|l| l.layer).collect::<Vec<_>>(), [0, 1]);
     let forearm = samples[0].world_sensor.rotate(Vector3::new(0.0, 0.25, 0.0));
     let likelihood: Vec<f64> = history.layers[0]
@@ -158,8 +183,8 @@ fn arm_projection_restores_the_length() {
     let corrections = vec![Correction::Colour, Correction::ArmProjection];
     let mut tracker = tracker(noise(), Method::Gaussian { corrections });
     for estimate in all(&mut tracker) {
-        assert!(((estimate.elbow.mean - arm().shoulder).norm() - 0.30).abs() < 1e-12);
-        assert_eq!((estimate.ess, estimate.wrist.mode), (None, estimate.wrist.mean));
+        assert!(((estimate.places[1].mean - arm().shoulder).norm() - 0.30).abs() < 1e-12);
+        assert_eq!((estimate.ess, estimate.places[0].mode), (None, estimate.places[0].mean));
     }
 }
 
@@ -177,10 +202,11 @@ fn inertial_only_integrates_twice() {
     tracker.update(0.0, &[None]).unwrap();
     (1..=100).for_each(|k| tracker.predict(&at(k)).unwrap());
     let estimate = tracker.update(1.0, &[None]).unwrap();
-    let moved = estimate.wrist.mean - arm().wrist_start;
+    let moved = estimate.places[0].mean - arm().wrist_start;
     assert!((moved - Vector3::new(0.5, 0.0, 0.0)).norm() < 1e-12, "{moved}");
     assert!(
-        (DVector::from_column_slice(&estimate.mean.as_slice()[3..6]) - DVector::from_vec(vec![1.0, 0.0, 0.0])).norm()
+        (DVector::from_column_slice(&estimate.state.mean.as_slice()[3..6]) - DVector::from_vec(vec![1.0, 0.0, 0.0]))
+            .norm()
             < 1e-12
     );
 }
@@ -195,7 +221,7 @@ fn the_gyroscope_advances_the_orientation() {
             .predict(&Sample { time_s: 0.0, acceleration, world_sensor: Quaternion::identity(), turn_rate })
             .unwrap();
         let estimate = tracker.update(0.05, &[None]).unwrap();
-        estimate.elbow.mean - estimate.wrist.mean
+        estimate.places[1].mean - estimate.places[0].mean
     };
     assert!((turning(None) - Vector3::new(0.0, 0.25, 0.0)).norm() < 1e-15);
     let expected = Vector3::new(-(0.1f64.sin()), 0.1f64.cos(), 0.0) * 0.25;

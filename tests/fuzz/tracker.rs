@@ -9,12 +9,13 @@ use nalgebra::{Matrix3, Vector2, Vector3};
 use pytracker::arm::ekf::Correction;
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
 use pytracker::arm::setup::Setup;
-use pytracker::arm::state::{GaussMarkov, Point, View};
-use pytracker::arm::{Arm, ArmTracker, Estimate, Method, Noise, Sample};
+use pytracker::arm::state::{GaussMarkov, View};
+use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
+use pytracker::{Estimate, Observation, Point, Sample, Tracker};
 
 /// Numbers out of bytes: mostly such as sensors give, now and then such as they never do.
 struct Bytes<'a>(&'a [u8]);
@@ -96,7 +97,7 @@ fn method(which: u8) -> (Noise, Method) {
 }
 
 fn is_one(estimate: &Estimate) {
-    for Point { mean, sd, lo, hi, .. } in [&estimate.wrist, &estimate.elbow] {
+    for Point { mean, sd, lo, hi, .. } in &estimate.places {
         for d in 0..3 {
             assert!(mean[d].is_finite() && sd[d] >= 0.0 && lo[d] <= hi[d], "{estimate:?}");
         }
@@ -106,7 +107,9 @@ fn is_one(estimate: &Estimate) {
 fuzz_target!(|data: &[u8]| {
     let mut bytes = Bytes(data);
     let (noise, method) = method(bytes.byte());
-    let mut tracker = ArmTracker::new(arm(), vec![view()], noise, method, 7).unwrap();
+    let delay_s = bytes.number(0.1).clamp(0.0, 0.1);
+    let tracker = Tracker::from(ArmFilter::new(arm(), vec![view()], noise, method, 7).unwrap());
+    let mut tracker = tracker.with_delay(if delay_s > 0.05 { delay_s } else { 0.0 }).unwrap();
     let mut time_s = 0.0;
     let mut frames = 0;
     while !bytes.0.is_empty() && frames < 40 {
@@ -116,16 +119,16 @@ fuzz_target!(|data: &[u8]| {
                 let acceleration = bytes.vector(20.0) + Vector3::new(0.0, 0.0, 9.8);
                 let world_sensor = Quaternion::from_rotation_vector(bytes.vector(3.0));
                 let turn_rate = (bytes.byte() % 2 == 0).then(|| bytes.vector(5.0));
-                let _ = tracker.predict(&Sample { time_s, acceleration, world_sensor, turn_rate });
+                let sample = Sample { time_s, acceleration, world_sensor, turn_rate };
+                let _ = tracker.observe(Observation::inertial(sample));
             }
             3..=5 => {
                 frames += 1;
                 time_s += bytes.number(0.05).abs();
                 let pixel = (bytes.byte() % 4 != 0)
                     .then(|| Vector2::new(320.0 + bytes.number(400.0), 240.0 + bytes.number(300.0)));
-                if let Ok(estimate) = tracker.update(time_s, &[pixel]) {
-                    is_one(&estimate);
-                }
+                let found = tracker.observe(Observation::patch(time_s, vec![pixel]));
+                found.iter().flatten().for_each(is_one);
             }
             6 => {
                 if let Ok(estimate) = tracker.estimate(time_s + bytes.number(0.1)) {
@@ -133,14 +136,15 @@ fuzz_target!(|data: &[u8]| {
                 }
             }
             _ => {
-                let mut saved = tracker.save().unwrap();
-                assert_eq!(ArmTracker::restore(&saved).as_ref(), Ok(&tracker));
+                let Ok(mut saved) = tracker.save() else { continue };
+                assert_eq!(Tracker::restore(&saved).as_ref(), Ok(&tracker));
                 let at = usize::from(bytes.byte()) * 7 % saved.len();
                 saved[at] ^= 1 << (bytes.byte() % 8);
-                assert!(ArmTracker::restore(&saved).is_err());
+                assert!(Tracker::restore(&saved).is_err());
             }
         }
     }
+    tracker.finish().iter().flatten().for_each(is_one);
     for estimate in tracker.smoothed(0).unwrap_or_default() {
         is_one(&estimate);
     }

@@ -8,12 +8,13 @@ use super::super::figure::{Figure, Group};
 use super::{Cue, Posed};
 use crate::{Error, Result};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// Beyond so many standard deviations a sensor says nothing more: it may have slipped.
 const REACH: f64 = 4.0;
 
 /// What can wear a sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Segment {
     /// Shoulder to elbow.
     UpperArm(Group),
@@ -58,7 +59,7 @@ impl Segment {
 }
 
 /// What a sensor says of the segment that wears it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Orientation {
     /// Who wears it.
     pub segment: Segment,

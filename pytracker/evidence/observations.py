@@ -1,0 +1,110 @@
+"""`recording.observations()`: all that was observed, in order of time, as a tracker takes it."""
+
+from __future__ import annotations
+
+import heapq
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from pytracker._core import InputError, Observation
+from pytracker.evidence.senses import Senses, senses_of
+from pytracker.evidence.sightings import Progress, Sightings, sight
+from pytracker.formats.video import frames
+from pytracker.recording.recording import ArmRecording, BodyRecording, Imu, Recording
+
+__all__ = ["observations", "read_evidence"]
+
+ROLL_SD = 0.35
+"""Of an upper arm: its muscles turn about the bone, rad.
+
+A forearm turns within itself, which the state does not hold.
+"""
+
+
+def read_evidence(recording: Recording, progress: Progress | None = None) -> Sightings | Senses:
+    """What has to be known before the first observation: an arm's patch in the videos, a body's background."""
+    if isinstance(recording, ArmRecording):
+        return sight(recording, progress=progress)
+    assert isinstance(recording, BodyRecording)
+    return senses_of(recording)
+
+
+def observations(recording: Recording, evidence: Sightings | Senses | None = None) -> Iterator[Observation]:
+    """What was observed, in order of time; of the same time a sensor's sample before a frame.
+
+    `evidence` is what was found before or elsewhere: patch centres of an arm, what a body's pictures show; without it
+    the videos are searched. An arm's frames begin with the first IMU sample. A body's video is streamed: memory does
+    not grow with its length. Raises `InputError` for evidence of another kind, for sensor times that do not increase,
+    and where no frame comes after the first sample.
+    """
+    evidence = read_evidence(recording) if evidence is None else evidence
+    if isinstance(recording, ArmRecording) and isinstance(evidence, Sightings):
+        return _of_arm(recording.imus[0], evidence)
+    if isinstance(recording, BodyRecording) and isinstance(evidence, Senses):
+        return _of_body(recording, evidence)
+    found = "sightings" if isinstance(evidence, Sightings) else "senses"
+    wanted = "sightings" if recording.kind == "arm" else "senses"
+    raise InputError(f"{found} are given for a recording of kind {recording.kind!r}, expected {wanted}")
+
+
+Recording.observer = staticmethod(observations)
+
+
+def _of_arm(imu: Imu, sightings: Sightings) -> Iterator[Observation]:
+    _check_times(imu)
+    covered = sightings.time_s >= imu.time_s[0]
+    if not covered.any():
+        raise InputError(
+            f"all {len(covered)} frames ({sightings.time_s[0]:.3f} to {sightings.time_s[-1]:.3f} s) come before the "
+            f"first IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
+        )
+    first = int(np.argmax(covered))
+    both = Observation.inertials(imu.time_s, imu.acc, imu.q_world_segment, imu.gyr)
+    both += Observation.patches(sightings.time_s[first:], sightings.pixels[first:], first)
+    in_order = np.argsort(np.concatenate([imu.time_s, sightings.time_s[first:]]), kind="stable")
+    return (both[k] for k in in_order.tolist())
+
+
+def _check_times(imu: Imu) -> None:
+    back = np.flatnonzero(~(np.diff(imu.time_s) > 0))
+    if back.size:
+        k = int(back[0]) + 1
+        raise InputError(
+            f"IMU sample {k} has time {imu.time_s[k]} s after {imu.time_s[k - 1]} s, expected increasing times"
+        )
+
+
+def _of_body(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
+    worn = [_worn(imu, sd_rad) for imu, sd_rad in zip(recording.imus, recording.imu_sds_rad, strict=True)]
+    return heapq.merge(*worn, _ahead(recording, senses), key=lambda observation: observation.time_s)
+
+
+def _worn(imu: Imu, sd_rad: float) -> Iterator[Observation]:
+    """How the segment is turned that wears it."""
+    _check_times(imu)
+    roll_sd = ROLL_SD if "upper" in imu.segment else float("inf")
+    for k, (time_s, q) in enumerate(zip(imu.time_s.tolist(), imu.q_world_segment.tolist(), strict=True)):
+        yield Observation.orientation(time_s, imu.segment, q, sd_rad, roll_sd, k)
+
+
+def _ahead(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
+    """Every frame, one ahead of whoever asks: decoding and OpenCV let the interpreter go."""
+    source = frames(recording.view.video)
+
+    def work() -> Observation | None:
+        at = time.perf_counter()
+        frame = next(source, None)
+        found = None
+        if frame is not None:
+            found = Observation.picture(frame.time_s + recording.view.start_s, senses(frame), frame.index)
+        senses.run_s += time.perf_counter() - at
+        return found
+
+    with ThreadPoolExecutor(1) as pool:
+        coming = pool.submit(work)
+        while (found := coming.result()) is not None:
+            coming = pool.submit(work)
+            yield found

@@ -1,0 +1,39 @@
+"""What the user chooses: how a recording is tracked. `arm` and `body` by kind of recording, `registry` by name."""
+
+from __future__ import annotations
+
+from pytracker.methods.arm import (
+    METHODS,
+    ArmMethod,
+    Ekf,
+    Inertial,
+    Joint,
+    Layered,
+    LayeredFromConstraint,
+    Mixture,
+    ParticleMethod,
+    Plain,
+    Smooth,
+)
+from pytracker.methods.body import BODY_METHODS, Annealed, BodyMethod, BodyPlain, Partitioned
+from pytracker.methods.method import Method
+
+__all__ = [
+    "BODY_METHODS",
+    "METHODS",
+    "Annealed",
+    "ArmMethod",
+    "BodyMethod",
+    "BodyPlain",
+    "Ekf",
+    "Inertial",
+    "Joint",
+    "Layered",
+    "LayeredFromConstraint",
+    "Method",
+    "Mixture",
+    "ParticleMethod",
+    "Partitioned",
+    "Plain",
+    "Smooth",
+]

@@ -1,0 +1,158 @@
+"""How a body is tracked: frozen, validated, every parameter with its unit.
+
+`BodyPlain` is Li & Kulić as printed. `Annealed` and `Partitioned` are other lists of layers, with likelihoods on a
+fixed scale, so that their bands mean something.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from pytracker.methods.method import Method
+from pytracker.skeleton.skeleton import UPPER_BODY
+
+__all__ = ["BODY_METHODS", "Annealed", "BodyMethod", "BodyPlain", "Partitioned"]
+
+ALL = ("torso", "left_arm", "right_arm")
+
+BodyLayers = tuple[tuple[tuple[str, ...], float, float], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyMethod(Method):
+    """What every body method assumes. Raises `InputError` when out of range.
+
+    Attributes:
+        particles: how many in every layer (paper: 300).
+        islands: into how many shares the particles are divided that are filtered on their own, so that resampling
+            does not make them all agree: where they do not, the pose is not known, and the bands say so (paper: 1).
+        layers: (groups, share of the diffusion, share of the sharpness), applied in order; groups are `torso`,
+            `left_arm`, `right_arm`: they move, and their parts and blobs weigh.
+        resampling: `systematic` (the paper), `residual`, `stratified` or `multinomial`.
+        ess_threshold: resample when ESS falls to this share of the particles; 1 is always (the paper).
+        base_density: diffusion of the root's place, m/√s.
+        base_turn_density: of its turns, rad/√s.
+        trunk_density: of back and neck where they are free, rad/√s.
+        joint_density: of shoulders and elbows, rad/√s.
+        blob_sd_m: standard deviation of a blob's centre from the model's, m (fixed scale).
+        blob_reach: beyond so many standard deviations a blob says nothing more (fixed scale).
+        gate_m: how far from where it was expected a blob may be given to head or hand, m.
+        anew_share: share of the particles whose arm is drawn anew from all that its joints allow, so that a lost arm is
+            found again; 0 is the paper.
+        cues: what layers weigh by, where a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue),
+            `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `limits` (of joints,
+            softly), `penetration` (elbows and hands inside the torso, paper IV-C1).
+        unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
+            it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
+            depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
+        unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
+        unseen_turn_sd_rad: of its turn about its long axis; likewise.
+        skin_loss: log-likelihood lost by hands and bare forearms that lie off the skin, and as much by skin that
+            neither head
+            nor arm wears (fixed scale; the paper has blobs only: 0).
+        foreground_loss: the same of limbs and the foreground above the hips.
+        region_reach_m: farther off than this is as bad as any, m.
+        keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
+        keypoint_reach: beyond about so many standard deviations a keypoint says nothing more.
+        orientation_inflation: how many times its spread the orientation of a sensor has.
+        edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
+        free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
+    """
+
+    particles: int = 300
+    islands: int = 1
+    layers: BodyLayers = ((ALL, 1.0, 1.0),)
+    resampling: str = "systematic"
+    ess_threshold: float = 1.0
+    base_density: float = 0.055
+    base_turn_density: float = 0.11
+    trunk_density: float = 0.75
+    joint_density: float = 0.75
+    blob_sd_m: float = 0.08
+    blob_reach: float = 4.0
+    gate_m: float = 0.45
+    anew_share: float = 0.0
+    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "limits")
+    unseen_distance_sd_m: float = 0.0
+    unseen_lean_sd_rad: float = 0.0
+    unseen_turn_sd_rad: float = 0.0
+    skin_loss: float = 0.0
+    foreground_loss: float = 0.0
+    region_reach_m: float = 0.2
+    keypoint_inflation: float = 2.0
+    keypoint_reach: float = 4.0
+    orientation_inflation: float = 2.0
+    edge_loss: float = 3.0
+    free: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "body"
+    blend: ClassVar[str] = "sum"
+    """`sum`: losses of the cues added up; `rescaled`: the paper's."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that are tracked."""
+        return self.free or UPPER_BODY
+
+    def layers_in_words(self) -> list[tuple[str, str]]:
+        """What moves the particles in each layer, and what weighs them."""
+        cues = ", ".join(self.cues)
+        return [(f"diffusion of {' and '.join(groups).replace('_', ' ')}", cues) for groups, *_ in self.layers]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyPlain(BodyMethod):
+    """The particle filter of Li & Kulić: distances rescaled over the set, `A^-d`, one layer.
+
+    Attributes:
+        sharpness: `A`, above 1; the paper gives none.
+        alpha: weight of the edge cue, 0 to 2; the distance cue has the rest (paper: 1).
+        adapt: how far alpha follows what each cue tells apart in a frame, 0 (the paper) to 1.
+    """
+
+    blend: ClassVar[str] = "rescaled"
+
+    cues: tuple[str, ...] = ("edges", "blobs")
+    sharpness: float = 1000.0
+    alpha: float = 1.0
+    adapt: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """The name that the command line knows it by."""
+        return "plain"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fixed(BodyMethod):
+    """Cues on a fixed scale."""
+
+    unseen_distance_sd_m: float = 0.05
+    unseen_lean_sd_rad: float = 0.17
+    unseen_turn_sd_rad: float = 0.17
+    base_turn_density: float = 0.2
+    skin_loss: float = 30.0
+    foreground_loss: float = 30.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Annealed(_Fixed):
+    """Annealing: the same cues several times, from flat to sharp, while the diffusion shrinks (Deutscher & Blake)."""
+
+    layers: BodyLayers = ((ALL, 1.0, 0.3), (ALL, 0.5, 0.6), (ALL, 0.25, 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Partitioned(_Fixed):
+    """Partitions: the torso first, then each arm on it (MacCormick & Isard), on islands: the best here."""
+
+    islands: int = 8
+
+    layers: BodyLayers = ((("torso",), 1.0, 1.0), (("left_arm",), 1.0, 1.0), (("right_arm",), 1.0, 1.0))
+    anew_share: float = 0.1
+    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "limits", "penetration")
+
+
+BODY_METHODS: dict[str, type[BodyMethod]] = {"plain": BodyPlain, "annealed": Annealed, "partitioned": Partitioned}
+"""Body methods by the name that the command line knows them by."""

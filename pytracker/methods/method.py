@@ -1,0 +1,73 @@
+"""What all methods share: a kind of recording, a name, parameters of the right kind."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from numbers import Integral, Real
+from typing import Any, ClassVar, Self
+
+from pytracker._core import InputError
+
+__all__ = ["Method"]
+
+
+def _unlike(value: Any, default: Any) -> str:
+    """What was expected where `value` is not of the kind of `default`; empty where it is."""
+    if isinstance(default, bool) or isinstance(value, bool):
+        return "" if isinstance(value, bool) and isinstance(default, bool) else _kind(default)
+    if isinstance(default, int):
+        return "" if isinstance(value, Integral) and 0 <= int(value) < 2**63 else _kind(default)
+    if isinstance(default, float):
+        return "" if isinstance(value, Real) else _kind(default)
+    if isinstance(default, str):
+        return "" if isinstance(value, str) else "a word"
+    if default and isinstance(default[0], tuple):
+        alike = isinstance(value, tuple | list) and all(
+            isinstance(layer, tuple | list)
+            and len(layer) == len(default[0])
+            and not any(_unlike(part, like) for part, like in zip(layer, default[0], strict=True))
+            for layer in value
+        )
+        return "" if alike else f"layers such as {default!r}"
+    return "" if _is_words(value) else 'words such as ("colour", "arm_length")'
+
+
+def _kind(default: Any) -> str:
+    return {bool: "true or false", int: "a whole number, 0 or more", float: "a number"}.get(
+        type(default), "no truth value"
+    )
+
+
+def _is_words(value: Any) -> bool:
+    return isinstance(value, tuple | list) and all(isinstance(word, str) for word in value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """What all methods share: a kind of recording, a name, parameters of the right kind."""
+
+    kind: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Check that every number is one; ranges are checked where they are used, once."""
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            expected = _unlike(value, field.default)
+            if expected:
+                raise InputError(f"{type(self).__name__}.{field.name} is {value!r}, expected {expected}")
+
+    @property
+    def name(self) -> str:
+        """The name that the command line knows it by."""
+        return type(self).__name__.lower()
+
+    def parameters(self) -> dict[str, Any]:
+        """Every parameter by name."""
+        return dataclasses.asdict(self)
+
+    def known_by(self, spreads: Mapping[str, float]) -> Self:
+        """The same, with how well things are known where a recording says so; of others it says nothing here."""
+        names = {field.name for field in dataclasses.fields(self)}
+        return dataclasses.replace(self, **{name: sd for name, sd in spreads.items() if name in names})

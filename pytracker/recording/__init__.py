@@ -1,0 +1,44 @@
+"""A recording: cameras, IMUs, arm or skeleton, and truth, read from a folder.
+
+| file | what |
+|---|---|
+| `recording` | what a recording holds, in SI units, world coordinates and recording time |
+| `load` | a folder to a recording: `arm`, `body` by its kind; `imu`, `keypoints`, `truth` by entry |
+| `schema` | what `recording.toml` may hold |
+| `worn` | how a sensor lies on a body's segment |
+| `projection` | weak perspective from point pairs |
+"""
+
+from __future__ import annotations
+
+from pytracker.recording.load import load
+from pytracker.recording.projection import fit_weak_perspective
+from pytracker.recording.recording import (
+    Arm,
+    ArmRecording,
+    BodyRecording,
+    BodyView,
+    Camera,
+    Imu,
+    ProjectionFit,
+    Recording,
+    Truth,
+    View,
+    WeakPerspective,
+)
+
+__all__ = [
+    "Arm",
+    "ArmRecording",
+    "BodyRecording",
+    "BodyView",
+    "Camera",
+    "Imu",
+    "ProjectionFit",
+    "Recording",
+    "Truth",
+    "View",
+    "WeakPerspective",
+    "fit_weak_perspective",
+    "load",
+]

@@ -1,0 +1,302 @@
+"""A body's folder to a `BodyRecording`: skeleton, camera, initial pose and truth, checked."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import KEY_JOINTS, InputError, check_camera
+from pytracker.formats import video
+from pytracker.formats.amc import read_amc
+from pytracker.formats.asf import read_asf
+from pytracker.formats.points import read_points
+from pytracker.formats.toml_file import parse_toml
+from pytracker.recording.imu import load_imu
+from pytracker.recording.keypoints import files_of, load_keypoints, uncovered
+from pytracker.recording.projection import camera_of, fit_weak_perspective
+from pytracker.recording.recording import BodyRecording, BodyView, Camera, Imu, ProjectionFit, Truth, WeakPerspective
+from pytracker.recording.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, ImuEntry, InitialEntry, SkeletonEntry
+from pytracker.recording.truth import POINT_FORMATS, load_points
+from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
+from pytracker.rotation import Array
+from pytracker.skeleton.average import average_skeleton
+from pytracker.skeleton.skeleton import UPPER_BODY, Skeleton
+
+__all__ = ["load_body", "skeleton_of", "view_of"]
+
+SLACK_S = 0.1
+"""Truth and video may end this far apart without a word."""
+
+MOST = 1000.0
+"""No angle in degrees and no place in metres is larger."""
+
+MOUNT_SD_DEG = 3.0
+"""How well a sensor's mount is known where the recording does not say."""
+LEAST_PX = 8.0
+"""Root to head must span as much in the first frame; less is a camera in other units."""
+
+POOR_FIT_PX = 15.0
+"""A weak-perspective fit worse than this is no fit."""
+
+
+def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
+    """What `path`, read as `entry`, says. Raises `InputError`."""
+    camera_entry = entry.camera[0]
+    skeleton, skeleton_file = skeleton_of(folder, path, entry.skeleton)
+    view = view_of(folder, path, camera_entry)
+    truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
+    initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
+    _check_in_view(path, skeleton, initial, view)
+    if view.keypoints is not None and camera_entry.keypoints is not None:
+        warnings += uncovered(folder / camera_entry.keypoints, view.keypoints, video.probe(view.video))
+    imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
+    warnings += said
+    if truth is not None:
+        warnings += _uncovered(folder / camera_entry.video, view, truth)
+    names = [camera_entry.video, camera_entry.background, camera_entry.points]
+    names += [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
+    names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
+    files = [folder / name for name in names if name is not None]
+    files += files_of(folder / camera_entry.keypoints) if camera_entry.keypoints else []
+    return BodyRecording(
+        view=view,
+        skeleton=skeleton,
+        initial=initial,
+        truth=truth,
+        poses=poses,
+        imus=imus,
+        imu_sds_rad=tuple(
+            math.radians(MOUNT_SD_DEG if worn.mount_sd_deg is None else worn.mount_sd_deg) for worn in entry.imu
+        ),
+        folder=folder,
+        files=(path, *files, *skeleton_file),
+        warnings=warnings,
+    )
+
+
+def skeleton_of(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton, tuple[Path, ...]]:
+    """The skeleton that `entry` says, and the files it is in. Raises `InputError`."""
+    if (entry.file is None) == (entry.height_m is None):
+        raise InputError(f"{path}: [skeleton] has {'both' if entry.file else 'neither'}, expected file or height_m")
+    if entry.height_m is not None:
+        return average_skeleton(entry.height_m), ()
+    assert entry.file is not None
+    return read_asf(folder / entry.file), (folder / entry.file,)
+
+
+def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
+    """The camera that `entry` says, with its video and keypoints. Raises `InputError`."""
+    given = [name for name in ("points", "affine", "matrix") if getattr(entry, name) is not None]
+    if len(given) != 1:
+        raise InputError(
+            f"{path}: camera[0] has {' and '.join(given) or 'none'}, expected one of points, affine, matrix"
+        )
+    idle = {"distortion", "rotation", "translation_m"} & entry.model_fields_set
+    if idle and entry.matrix is None:
+        raise InputError(f"{path}: camera[0].{sorted(idle)[0]} goes with matrix, not with {given[0]}")
+    fit: ProjectionFit | None = None
+    camera: WeakPerspective | Camera
+    if entry.points is not None:
+        points = read_points(folder / entry.points)
+        try:
+            fit = fit_weak_perspective(*points)
+        except InputError as error:
+            raise InputError(f"{folder / entry.points}: {error}") from None
+        if fit.rmse.max() > POOR_FIT_PX:
+            raise InputError(
+                f"{folder / entry.points}: the points fit weak perspective to {fit.rmse[0]:.1f} and "
+                f"{fit.rmse[1]:.1f} px, expected at most {POOR_FIT_PX:.0f} px: check their order and units"
+            )
+        camera = camera_of(fit)
+    elif entry.affine is not None:
+        camera = _affine(path, entry.affine)
+    else:
+        camera = _pinhole(path, entry)
+    file = folder / entry.video
+    info = video.probe(file)
+    background = folder / entry.background if entry.background else None
+    if background is not None:
+        size = video.probe(background)
+        if (size.width, size.height) != (info.width, info.height):
+            raise InputError(
+                f"{background}: is {size.width} x {size.height} px, expected {info.width} x {info.height} as {file}"
+            )
+    keypoints = None
+    if entry.keypoints is not None:
+        keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, info)
+    return BodyView(
+        camera=camera, video=file, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints
+    )
+
+
+def _imus(
+    folder: Path, path: Path, entries: tuple[ImuEntry, ...], skeleton: Skeleton, initial: Array, first_s: float
+) -> tuple[tuple[Imu, ...], tuple[str, ...]]:
+    """Sensors on the arms, turned to the body's world and to its first pose; and what is odd about them."""
+    imus: list[Imu] = []
+    warnings: list[str] = []
+    for k, entry in enumerate(entries):
+        place = f"{path}: imu[{k}]"
+        imu, said = load_imu(folder, place, entry, ARM_SEGMENTS, needs_heading=False)
+        if any(other.segment == imu.segment for other in imus):
+            raise InputError(f"{place}.segment is {imu.segment!r}, worn by another sensor too, expected one each")
+        if not imu.time_s[0] <= first_s <= imu.time_s[-1]:
+            raise InputError(
+                f"{place} covers {imu.time_s[0]:.3f} to {imu.time_s[-1]:.3f} s of recording time, expected it to cover "
+                f"the first frame at {first_s:.3f} s: check offset_s"
+            )
+        imu = dataclasses.replace(imu, q_world_segment=to_y_up(imu.q_world_segment))
+        q = aligned(place, imu, entry.heading_deg is not None, skeleton, initial, first_s)
+        imus.append(dataclasses.replace(imu, q_world_segment=q))
+        warnings += said
+    return tuple(imus), tuple(warnings)
+
+
+def _affine(path: Path, rows: tuple[tuple[float, ...], tuple[float, ...]]) -> WeakPerspective:
+    """2x3 (x, y, constant) or 2x4 (x, y, z, constant)."""
+    widths = [len(row) for row in rows]
+    if widths not in ([3, 3], [4, 4]):
+        raise InputError(f"{path}: camera[0].affine has rows of {widths} numbers, expected 2 x 3 or 2 x 4")
+    u, v = (row if len(row) == 4 else (row[0], row[1], 0.0, row[2]) for row in rows)
+    a, b = np.array(u[:3]), np.array(v[:3])
+    if not np.linalg.norm(np.cross(a, b)) > 0.1 * np.linalg.norm(a) * np.linalg.norm(b):
+        raise InputError(
+            f"{path}: camera[0].affine is {[list(row) for row in rows]}, expected rows in px/m that are not zero and "
+            "point in different directions"
+        )
+    return WeakPerspective(affine=(u, v))
+
+
+def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
+    if entry.matrix is None or entry.rotation is None or entry.translation_m is None:
+        missing = [name for name in ("rotation", "translation_m") if getattr(entry, name) is None]
+        raise InputError(f"{path}: camera[0].{missing[0]} is missing beside matrix")
+    camera = Camera(
+        matrix=entry.matrix, rotation=entry.rotation, translation_m=entry.translation_m, distortion=entry.distortion
+    )
+    try:
+        check_camera(camera)
+    except InputError as error:
+        raise InputError(f"{path}: camera[0]: {error}") from None
+    return camera
+
+
+def _truth(
+    folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton
+) -> tuple[Truth, Array | None, tuple[str, ...]]:
+    """Joints, and poses where the file has them."""
+    file = folder / entry.file
+    suffix = file.suffix.lower()
+    if suffix not in (".amc", *POINT_FORMATS):
+        expected = f"an .amc motion, or points: {', '.join(POINT_FORMATS)}"
+        raise InputError(f"{path}: truth.file is {entry.file!r}, expected {expected}")
+    if suffix != ".amc":
+        if entry.rate_hz is not None:
+            raise InputError(f"{path}: truth.rate_hz goes with an .amc motion, {entry.file} has times of its own")
+        truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
+        return truth, None, tuple(unseen)
+    idle = sorted({"markers", "up"} & entry.model_fields_set)
+    if idle:
+        raise InputError(f"{path}: truth.{idle[0]} goes with a file of markers, not with an .amc motion")
+    if entry.rate_hz is None:
+        raise InputError(
+            f"{path}: truth.rate_hz is missing, expected the rate of {entry.file}, which has none (CMU: 120)"
+        )
+    motion = read_amc(file, skeleton)
+    # By the frames' own numbers: where some are missing the others stay at their times.
+    time_s = (motion.numbers - motion.numbers[0]) / entry.rate_hz + entry.offset_s
+    steps = np.diff(motion.numbers)
+    gaps = [int(k) for k in np.flatnonzero(steps > np.median(steps))] if len(steps) > 1 else []
+    warnings = [
+        f"{file}: frame {motion.numbers[k + 1]} follows frame {motion.numbers[k]}; what lies between is not scored"
+        for k in gaps
+    ]
+    truth = Truth(time_s=time_s, joints_m=skeleton.joints(motion.poses))
+    return truth, motion.poses, (*motion.warnings, *warnings)
+
+
+def _uncovered(file: Path, view: BodyView, truth: Truth) -> tuple[str, ...]:
+    """A word where the truth covers only a part of the video."""
+    info = video.probe(file)
+    end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+    if truth.time_s[-1] >= end - SLACK_S:
+        return ()
+    return (
+        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the video "
+        f"{view.start_s:.3f} to {end:.3f} s; frames without truth are not scored: check rate_hz and offset_s",
+    )
+
+
+def _initial(
+    folder: Path,
+    path: Path,
+    entry: InitialEntry | None,
+    skeleton: Skeleton,
+    view: BodyView,
+    truth: Truth | None,
+    poses: Array | None,
+) -> Array:
+    """The pose at the first frame: as said, else the truth's at that time."""
+    if entry is not None and entry.angles is not None:
+        if entry.frame is not None:
+            raise InputError(f"{path}: [initial] has angles and frame, expected one of them")
+        return _angles(folder / entry.angles, skeleton)
+    if truth is None or poses is None:
+        raise InputError(
+            f"{path}: has no [initial] angles and no [truth] with angles (.amc), expected one to know the first pose"
+        )
+    if entry is not None and entry.frame is not None:
+        if entry.frame >= len(poses):
+            raise InputError(f"{path}: initial.frame is {entry.frame}, expected below {len(poses)}, the truth's frames")
+        return np.asarray(poses[entry.frame])
+    if not truth.time_s[0] - 1e-9 <= view.start_s <= truth.time_s[-1]:
+        raise InputError(
+            f"{path}: the video starts at {view.start_s:.3f} s and the truth covers {truth.time_s[0]:.3f} to "
+            f"{truth.time_s[-1]:.3f} s, expected it to cover the first frame, or [initial]"
+        )
+    return np.asarray(poses[int(np.argmin(np.abs(truth.time_s - view.start_s)))])
+
+
+def _angles(file: Path, skeleton: Skeleton) -> Array:
+    """`bone_dof = degrees` (root_tx, root_ty, root_tz: metres); what is not named is 0."""
+    if not file.is_file():
+        raise InputError(f"{file}: no such file, expected the first pose: lines of bone_dof = degrees")
+    values = parse_toml(file)
+    pose = np.zeros(len(skeleton.channels))
+    for name, value in values.items():
+        if name not in skeleton.channels:
+            near = difflib.get_close_matches(name, skeleton.channels, n=1)
+            raise InputError(
+                f"{file}: {name} is no channel of the skeleton, expected such as {(near or UPPER_BODY)[0]}"
+            )
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= MOST:
+            raise InputError(
+                f"{file}: {name} is {str(value)[:40]}, expected a number within ±{MOST:g} (degrees; root_tx, root_ty, "
+                "root_tz: metres)"
+            )
+        is_length = name.split("_")[-1].startswith("t")
+        pose[skeleton.channels.index(name)] = value if is_length else math.radians(value)
+    return pose
+
+
+def _check_in_view(path: Path, skeleton: Skeleton, initial: Array, view: BodyView) -> None:
+    """The first pose must be in the picture."""
+    info = video.probe(view.video)
+    joints = skeleton.joints(initial[None])
+    pixels = view.camera.project(np.concatenate([joints["root"], joints["head"]]))
+    apart = float(np.linalg.norm(pixels[1] - pixels[0]))
+    if not apart >= LEAST_PX:
+        raise InputError(
+            f"{path}: at the first frame root and head are {apart:.3g} px apart, expected at least {LEAST_PX:.0f} px: "
+            "check the units of the camera and of its points (metres, pixels)"
+        )
+    for name, (u, v) in zip(("root", "head"), pixels, strict=True):
+        if not (-0.5 * info.width <= u <= 1.5 * info.width and -0.5 * info.height <= v <= 1.5 * info.height):
+            raise InputError(
+                f"{path}: at the first frame the {name} is seen at ({u:.4g}, {v:.4g}) px, expected in or near the "
+                f"{info.width} x {info.height} px of {view.video}: check camera, skeleton and first pose"
+            )

@@ -1,0 +1,63 @@
+"""`[[imu]]` to an `Imu`: read, checked, oriented, in recording time and in the frame of the segment that wears it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.imu import orient, read_imu
+from pytracker.formats.imu_checks import check
+from pytracker.formats.imu_conventions import in_our_terms
+from pytracker.recording.recording import Imu
+from pytracker.recording.schema import ImuEntry
+from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
+
+__all__ = ["load_imu"]
+
+
+def load_imu(
+    folder: Path, place: str, entry: ImuEntry, segments: tuple[str, ...], *, needs_heading: bool = True
+) -> tuple[Imu, tuple[str, ...]]:
+    """What `entry`, at `place` of the file, says; worn by one of `segments`, the first where it says none.
+
+    A sensor without orientation has no heading but the one that is given (`needs_heading`) or found later. Raises
+    `InputError`.
+    """
+    segment = entry.segment or segments[0]
+    if segment not in segments:
+        raise InputError(f"{place}.segment is {segment!r}, expected one of: {', '.join(segments)}")
+    if entry.offset_sd_s is not None and not needs_heading:
+        raise InputError(f"{place}.offset_sd_s is {entry.offset_sd_s}, but a body's clocks are taken as they are given")
+    mount = np.array(entry.mount)
+    if abs(np.linalg.norm(mount) - 1) > 0.02:
+        raise InputError(f"{place}.mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
+    orientation = folder / entry.orientation_file if entry.orientation_file else None
+    mount /= np.linalg.norm(mount)
+    log = read_imu(
+        folder / entry.file,
+        orientation_file=orientation,
+        form=entry.format,
+        rate_hz=entry.rate_hz,
+        columns={ours: theirs for ours, theirs in entry.columns.items()},
+    )
+    log = check(in_our_terms(log, entry.conventions))
+    if log.q_world_sensor is None and entry.heading_deg is None and needs_heading:
+        raise InputError(
+            f"{place}.heading_deg is missing; {folder / entry.file} has no orientation, and one computed from "
+            "its gyroscope has no heading, expected the turn about the vertical to the world in degrees"
+        )
+    log = orient(log)
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
+    q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount))
+    imu = Imu(
+        time_s=log.time_s + entry.offset_s,
+        acc=rotate(mount, log.acc),
+        q_world_segment=np.ascontiguousarray(q_world_segment),
+        gyr=None if log.gyr is None else rotate(mount, log.gyr),
+        segment=segment,
+    )
+    return imu, log.warnings

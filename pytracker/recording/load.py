@@ -1,0 +1,29 @@
+"""A folder on disk to a recording: read, converted to world and recording time, and checked."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+from pytracker.recording.arm import load_arm
+from pytracker.recording.body import load_body
+from pytracker.recording.recording import ArmRecording, BodyRecording
+from pytracker.recording.schema import ArmFile, read_recording_file
+
+__all__ = ["load"]
+
+
+def load(folder: Path | str) -> ArmRecording | BodyRecording:
+    """Read the recording in `folder` (see README for what a folder holds).
+
+    Everything that would give a wrong answer raises `InputError` naming file, line or key, value and expectation;
+    what is odd but usable is in `Recording.warnings`, with files named relative to the folder.
+    """
+    folder = Path(folder)
+    path = folder / "recording.toml"
+    entry = read_recording_file(path)
+    recording = load_arm(folder, path, entry) if isinstance(entry, ArmFile) else load_body(folder, path, entry)
+    # Where a folder lies is nobody's business: warnings are kept with what is made of it.
+    inside = tuple(warning.replace(f"{folder}{os.sep}", "") for warning in recording.warnings)
+    return dataclasses.replace(recording, warnings=inside)

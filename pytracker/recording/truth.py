@@ -1,0 +1,80 @@
+"""`[truth]` of points to joints: whichever file of markers, each joint one of them or the middle of several."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.c3d import read_c3d
+from pytracker.formats.qualisys import Markers, read_qualisys
+from pytracker.formats.trc import read_trc
+from pytracker.formats.truth_csv import read_truth_csv
+from pytracker.recording.recording import Truth
+from pytracker.recording.schema import BodyTruthEntry, TruthEntry
+from pytracker.rotation import Array
+
+__all__ = ["POINT_FORMATS", "load_points"]
+
+UP = {"arm": "z", "body": "y"}
+"""Which axis is up, by kind of recording."""
+
+POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
+    ".tsv": read_qualisys,
+    ".csv": read_truth_csv,
+    ".trc": read_trc,
+    ".c3d": read_c3d,
+}
+"""Readers of markers by the file's suffix."""
+
+
+def load_points(
+    path: Path, file: Path, entry: TruthEntry | BodyTruthEntry, joints: tuple[str, ...], *, kind: str
+) -> tuple[Truth, list[str]]:
+    """Joints of a file of markers, in the world of a `kind` of recording; and its gaps in words. Raises `InputError`.
+
+    Where `entry` names no markers those are taken that are called like joints.
+    """
+    markers: Mapping[str, str | tuple[str, ...]] = entry.markers
+    if file.suffix.lower() not in POINT_FORMATS:
+        raise InputError(f"{path}: truth.file is {file.name!r}, expected one of: {', '.join(POINT_FORMATS)}")
+    found = POINT_FORMATS[file.suffix.lower()](file)
+    unknown = sorted(set(markers) - set(joints))
+    if unknown:
+        raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint of the {kind}, expected: {', '.join(joints)}")
+    wanted = dict(markers) or {name: name for name in found.positions_m if name in joints}
+    if not wanted:
+        raise InputError(
+            f"{path}: truth.markers is missing, and {file} has {', '.join(found.positions_m)[:300]}, expected which of "
+            f"them are {', '.join(joints)}"
+        )
+    points: dict[str, Array] = {}
+    gaps: dict[str, int] = {}
+    for joint, of_joint in wanted.items():
+        names = (of_joint,) if isinstance(of_joint, str) else of_joint
+        for name in names:
+            if name not in found.positions_m:
+                raise InputError(
+                    f"{path}: truth.markers.{joint} is {name!r}, expected a marker of {file}: "
+                    f"{', '.join(found.positions_m)[:300]}"
+                )
+        points[joint] = _upright(
+            np.mean([found.positions_m[name] for name in names], axis=0), entry.up or UP[kind], UP[kind]
+        )
+        gaps[joint] = int(np.isnan(points[joint][:, 0]).sum())
+    words = [
+        f"{file}: {joint} was not seen in {count} of {len(found.time_s)} frames; they are left out of the scores"
+        for joint, count in gaps.items()
+        if count
+    ]
+    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), words
+
+
+def _upright(points: Array, given: str, wanted: str) -> Array:
+    """The same points where another axis is up; x stays."""
+    if given == wanted:
+        return points
+    x, y, z = points.T
+    return np.stack([x, -z, y] if wanted == "z" else [x, z, -y], axis=1)

@@ -1,0 +1,58 @@
+"""What a report is made of, computed once: pages and tables run no filter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pytracker._core import InputError
+from pytracker.recording.recording import Truth
+from pytracker.report.labels import labels
+from pytracker.scores.evaluate import Scored, Scores, evaluate, held
+from pytracker.tracking.doubts import doubts
+from pytracker.tracking.tracks import Track
+
+__all__ = ["Contents", "contents_of"]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """Tracks of one recording, the one to look at first.
+
+    Attributes:
+        tracks: the tracks.
+        labels: what to call each.
+        scores: of each; None where there is no truth, or none that covers the frames.
+        trivial: of the first pose, held; likewise.
+        doubts: what speaks against each, in words.
+    """
+
+    tracks: Sequence[Track]
+    labels: Sequence[str]
+    scores: Sequence[Scores | None]
+    trivial: Scores | None
+    doubts: Sequence[tuple[str, ...]]
+
+
+def contents_of(tracks: Sequence[Track]) -> Contents:
+    """Of these tracks. Raises `InputError` for none, or for several recordings'."""
+    if not tracks:
+        raise InputError("write_report was given no track, expected at least one")
+    recording = tracks[0].recording
+    if any(track.recording is not recording for track in tracks):
+        raise InputError("write_report was given tracks of different recordings, expected one recording")
+    return Contents(
+        tracks=tracks,
+        labels=labels(tracks),
+        scores=[_scores(track, recording.truth) for track in tracks],
+        trivial=_scores(held(tracks[0]), recording.truth),
+        doubts=[doubts(track) for track in tracks],
+    )
+
+
+def _scores(track: Scored, truth: Truth | None) -> Scores | None:
+    """None where there is no truth to compare with: the track is worth keeping all the same."""
+    try:
+        return evaluate(track, truth)
+    except InputError:
+        return None

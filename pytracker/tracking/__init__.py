@@ -1,0 +1,40 @@
+"""A recording to a track, and what can be asked of it.
+
+| file | what |
+|---|---|
+| `track` | any recording by any method: `arm`, `body` by its kind |
+| `follow` | the loop from observations to a track |
+| `tracks` | what every track holds |
+| `cycle` | one cycle of a particle filter, to be looked at |
+| `doubts` | what a recording says against its own description, tried by `suspects` |
+| `found` | what a smoothed recording says of what was measured once |
+"""
+
+from __future__ import annotations
+
+from pytracker._core import LayerRecord, Place, resample
+from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.cycle import Cloud, Cycle, CycleLayer, record_cycle
+from pytracker.tracking.doubts import doubts
+from pytracker.tracking.found import Found, found_by
+from pytracker.tracking.track import track
+from pytracker.tracking.tracks import JointTrack, Track
+
+__all__ = [
+    "ArmTrack",
+    "BodyTrack",
+    "Cloud",
+    "Cycle",
+    "CycleLayer",
+    "Found",
+    "JointTrack",
+    "LayerRecord",
+    "Place",
+    "Track",
+    "doubts",
+    "found_by",
+    "record_cycle",
+    "resample",
+    "track",
+]

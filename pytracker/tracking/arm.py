@@ -1,0 +1,133 @@
+"""An arm's recording to an `ArmTrack`: the patch found in the videos, tracked with the IMU, smoothed where asked."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import Tracker, TrackingError
+from pytracker.evidence.sightings import Progress, Sightings, sight
+from pytracker.methods.arm import ArmMethod
+from pytracker.recording.recording import ArmRecording
+from pytracker.rotation import Array
+from pytracker.tracking.follow import Followed, follow
+from pytracker.tracking.tracks import Track
+
+__all__ = ["ArmTrack", "track_arm"]
+
+STRETCH = 200
+"""Frames tracked between two calls of the progress function, at the most."""
+PARTICLE_FRAMES = 4_000_000
+"""So many particles times frames are a second's work: whoever stops a run does not wait for longer."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ArmTrack(Track):
+    """What a method made of an arm's recording; joints `wrist` and `elbow`.
+
+    Attributes:
+        method: the method with its parameters.
+        recording: what was tracked.
+        state_mean: whole state `(T, D)`: position, velocity, then bias and patch offset where estimated.
+        state_covariance: its covariance `(T, D, D)`.
+        sightings: the evidence used.
+    """
+
+    method: ArmMethod
+    recording: ArmRecording
+    state_mean: Array
+    state_covariance: Array
+    sightings: Sightings
+
+
+def track_arm(
+    recording: ArmRecording,
+    method: ArmMethod,
+    seed: int = 0,
+    *,
+    sightings: Sightings | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> ArmTrack:
+    """Track an arm: see `pytracker.track`.
+
+    `sightings` are patch centres found before or elsewhere; without them the videos are searched. `threads`
+    limits how many work on a large particle set and does not change the result. Where the recording says how well
+    something is known, that stands for the method's own parameter.
+
+    Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
+    beyond recovery; its `track` attribute then holds the frames before, where there are any.
+    """
+    began = time.perf_counter()
+    method = method.known_by(recording.spreads)
+    if sightings is None:
+        sightings = sight(recording, progress=progress)
+    seen = time.perf_counter()
+    tracker = Tracker(recording, method, seed)
+    at_once = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, getattr(method, "particles", 1))))
+    source = recording.observations(sightings)
+    found = follow(tracker, source, at_once=at_once, progress=progress, threads=threads)
+    found.table |= _smoothed(tracker, found.tracked, progress, threads)
+    stage_s = {"evidence": seen - began, "filter": time.perf_counter() - seen}
+    result = _assemble(recording, method, seed, sightings, found, stage_s)
+    if found.lost:
+        error = TrackingError(found.lost)
+        error.track = result
+        raise error
+    return result
+
+
+def _smoothed(tracker: Tracker, frames: int, progress: Progress | None, threads: int | None) -> dict[str, Any]:
+    """The columns that smoothing changes; none for a method that does not smooth."""
+    tables: list[dict[str, Any]] = []
+    done = 0
+    try:
+        # Window by window: whoever stops a run does not wait for the whole of it.
+        while len((table := tracker.smoothed(done, threads=threads))["ess"]):
+            tables.append(table)
+            done += len(table["ess"])
+            if progress is not None:
+                progress("smooth", done)
+    except TrackingError:
+        return {"doubt": ["the recording could not be smoothed: this is the filter's estimate"] * frames}
+    return {name: np.concatenate([table[name] for table in tables]) for name in (tables[0] if tables else ())}
+
+
+def _assemble(
+    recording: ArmRecording,
+    method: ArmMethod,
+    seed: int,
+    sightings: Sightings,
+    found: Followed,
+    stage_s: dict[str, float],
+) -> ArmTrack:
+    """Rows for every frame: those that were not tracked hold NaN and a reason."""
+    first, end = found.first, found.first + found.tracked
+    reason = list(sightings.reasons)
+    reason[:first] = ["before the first IMU sample"] * first
+    reason[end:] = ["the track was lost before"] * (found.count - end)
+    for row, doubt in enumerate(found.table["doubt"], start=first):
+        reason[row] = "; ".join(words for words in (str(doubt), reason[row]) if words)
+    imu_time_s = recording.imus[0].time_s
+    since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
+    for frame in np.flatnonzero(since > max(method.hold_s, 1.5 * float(np.median(np.diff(imu_time_s))))):
+        reason[frame] = reason[frame] or f"no IMU sample for {since[frame]:.2f} s"
+    return ArmTrack(
+        method=method,
+        seed=seed,
+        time_s=sightings.time_s,
+        joints={joint: found.joint(joint) for joint in ("wrist", "elbow")},
+        ess=found.rows(found.table["ess"]),
+        log_evidence=found.rows(found.table["log_evidence"]),
+        valid=np.array([not words for words in reason]),
+        reason=tuple(reason),
+        state_mean=found.rows(found.table["mean"]),
+        state_covariance=found.rows(found.table["covariance"]),
+        sightings=sightings,
+        recording=recording,
+        stage_s=stage_s,
+        lost=found.lost,
+    )

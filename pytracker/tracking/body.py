@@ -1,0 +1,147 @@
+"""A body's recording to a `BodyTrack`: frames decoded, evidence extracted, particles weighed, in constant memory."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import KEY_JOINTS, Observation, Tracker, TrackingError
+from pytracker.evidence.borne_out import BorneOut, head_off
+from pytracker.evidence.senses import senses_of
+from pytracker.evidence.sightings import Progress
+from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.methods.body import BodyMethod
+from pytracker.recording.recording import BodyRecording
+from pytracker.rotation import Array
+from pytracker.tracking.follow import Followed, follow
+from pytracker.tracking.tracks import Track
+
+__all__ = ["BodyTrack", "track_body"]
+
+LOOK_EVERY = 10
+"""In every so many frames it is looked whether the skeleton stands on the person."""
+ABOUT_M = 0.08
+"""Clothes of the wall's colour leave holes in the foreground, m."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class BodyTrack(Track):
+    """What a method made of a body's recording; joints are the paper's eight key joints.
+
+    Attributes:
+        method: the method with its parameters.
+        recording: what was tracked.
+        poses: expected pose of every frame `(T, C)`, m and rad, in the order of `recording.skeleton.channels`.
+        free: names of the channels that were tracked `(D,)`.
+        angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad.
+        blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
+        on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
+        head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
+    """
+
+    method: BodyMethod
+    recording: BodyRecording
+    poses: Array
+    free: tuple[str, ...]
+    angles: Array
+    blobs: Array
+    on_person: Array
+    head_off_m: Array
+
+
+class _Watched:
+    """What the pictures say of the estimates, frame by frame."""
+
+    def __init__(self, recording: BodyRecording) -> None:
+        self.camera = recording.view.camera
+        first = recording.skeleton.joints(recording.initial[None])
+        self._first = {name: rows[0] for name, rows in first.items()}
+        self.borne_out = BorneOut(self.camera)
+        self.head_off_m = np.full(2, np.nan)
+        self.on_person: list[float] = []
+        self._frames = 0
+
+    def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
+        evidence = observation.evidence
+        if self._frames == 0:
+            self.head_off_m = head_off(self.camera, self._first, evidence)
+        means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
+        self.borne_out.look(observation.time_s, means, sds, evidence)
+        if self._frames % LOOK_EVERY == 0:
+            self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
+        self._frames += 1
+
+    def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
+        """Of the key joints, how many have foreground about them."""
+        pixels, reach = self.camera.project(joints), ABOUT_M * self.camera.px_per_m(joints)
+        on_person = 0
+        for (u, v), px in zip(pixels, reach, strict=True):
+            if np.isfinite([u, v, px]).all():
+                rows, columns = (slice(max(0, round(x - px)), max(0, round(x + px) + 1)) for x in (v, u))
+                on_person += bool(evidence.foreground[rows, columns].any())
+        return on_person / len(joints)
+
+
+def track_body(
+    recording: BodyRecording,
+    method: BodyMethod,
+    seed: int = 0,
+    *,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> BodyTrack:
+    """Track a body: see `pytracker.track`."""
+    began = time.perf_counter()
+    senses = senses_of(recording)
+    background_s = time.perf_counter() - began
+    tracker, watched = Tracker(recording, method, seed), _Watched(recording)
+    found = follow(tracker, recording.observations(senses), progress=progress, threads=threads, watch=watched)
+    stage_s = {"background": background_s, "evidence": senses.run_s, "filter": found.filter_s}
+    track = _assemble(recording, method, seed, tracker, found, watched, stage_s)
+    if found.lost:
+        loss = TrackingError(found.lost)
+        loss.track = track
+        raise loss
+    return track
+
+
+def _assemble(
+    recording: BodyRecording,
+    method: BodyMethod,
+    seed: int,
+    tracker: Tracker,
+    found: Followed,
+    watched: _Watched,
+    stage_s: dict[str, float],
+) -> BodyTrack:
+    """Rows for every frame: those that were not tracked hold NaN and a reason."""
+    angles, blobs = found.rows(found.table["state"]), found.rows(found.table["blobs"])
+    seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)))
+    # A paper's filter sees blobs and nothing else of the skin.
+    needs_blobs = method.skin_loss == 0.0
+    reason = ["no skin blob" if needs_blobs and not any_blob else "" for any_blob in seen]
+    for k, words in enumerate(watched.borne_out.reasons()):
+        reason[k] = words or reason[k]
+    reason[found.tracked :] = ["the track was lost before"] * (found.count - found.tracked)
+    return BodyTrack(
+        method=method,
+        recording=recording,
+        seed=seed,
+        time_s=found.time_s,
+        joints={joint: found.joint(joint) for joint in KEY_JOINTS},
+        ess=found.rows(found.table["ess"]),
+        log_evidence=found.rows(found.table["log_evidence"]),
+        valid=np.array([not words for words in reason]),
+        reason=tuple(reason),
+        poses=found.rows(tracker.channels(np.ascontiguousarray(angles[: found.tracked, 0]))),
+        free=method.channels,
+        angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
+        blobs=blobs,
+        on_person=np.array(watched.on_person),
+        head_off_m=watched.head_off_m,
+        stage_s=stage_s,
+        lost=found.lost,
+    )

@@ -1,0 +1,189 @@
+"""One cycle of a particle filter, to be looked at: what every layer did with the cloud at one frame of a track.
+
+The recording is tracked up to the frame by the same calls as always; only that frame is recorded. So the clouds are
+those of the track with the same method and seed, to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker._core import InputError, LayerRecord, Observation, Tracker
+from pytracker.evidence.observations import read_evidence
+from pytracker.evidence.sightings import Progress, Sightings
+from pytracker.methods.arm import ParticleMethod
+from pytracker.methods.body import BodyMethod
+from pytracker.methods.method import Method
+from pytracker.recording.recording import Recording
+from pytracker.rotation import Array
+
+__all__ = ["Cloud", "Cycle", "CycleLayer", "record_cycle"]
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Particles as places of joints.
+
+    Attributes:
+        points_m: by joint, world, m `(N, 3)`.
+        weights: normalised `(N,)`.
+    """
+
+    points_m: Mapping[str, Array]
+    weights: Array
+
+    @property
+    def ess(self) -> float:
+        """Effective sample size, 1 to N."""
+        return float(1 / (self.weights**2).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class CycleLayer:
+    """What one layer did.
+
+    Attributes:
+        moved_by: what moved the particles, in words.
+        weighed_by: what weighed them, in words; empty where nothing did.
+        arriving: the cloud that it was given: for the first layer the prior.
+        predicted: after the motion, with the weights that arrived.
+        weighted: with the weights of the likelihoods.
+        resampled: what it left; None where it did not resample.
+    """
+
+    moved_by: str
+    weighed_by: str
+    arriving: Cloud
+    predicted: Cloud
+    weighted: Cloud
+    resampled: Cloud | None
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """One cycle of a filter (Tao & Hu, Figs. 4 and 9, for any list of layers).
+
+    Attributes:
+        recording: what was tracked.
+        method: the method with its parameters.
+        seed: of the random streams.
+        frame: which frame, from 0.
+        time_s: its recording time, s.
+        layers: in order.
+        estimate_m: mean of every joint before the last resampling, world, m `(3,)`.
+        truth_m: where the joints really were; empty where that is not known.
+        pixels: arm: where each camera saw the patch `(C, 2)`, px, NaN where it did not; None for a body.
+    """
+
+    recording: Recording
+    method: Method
+    seed: int
+    frame: int
+    time_s: float
+    layers: tuple[CycleLayer, ...]
+    estimate_m: Mapping[str, Array]
+    truth_m: Mapping[str, Array]
+    pixels: Array | None = None
+
+
+def record_cycle(
+    recording: Recording,
+    method: Method,
+    seed: int = 0,
+    *,
+    frame: int,
+    sightings: Sightings | None = None,
+    progress: Progress | None = None,
+) -> Cycle:
+    """Track up to `frame` and record it.
+
+    `sightings` (arm) are patch centres found before or elsewhere. Raises `InputError` for a method without particles or
+    a frame that the recording does not have, and `TrackingError` where the track is lost before.
+    """
+    tracker = Tracker(recording, method, seed)
+    if not isinstance(method, ParticleMethod | BodyMethod):
+        raise InputError(f"{type(method).__name__} has no particles, expected a particle method")
+    evidence = read_evidence(recording, progress) if sightings is None else sightings
+    observed = _up_to(frame, tracker, recording.observations(evidence), progress)
+    states, weights = tracker.particles, tracker.weights
+    assert states is not None
+    assert weights is not None
+    estimate, records = tracker.observe_recorded(observed)
+    assert estimate is not None
+    pixels = [pixel or (np.nan, np.nan) for pixel in observed.pixels]
+    return Cycle(
+        recording=recording,
+        method=method,
+        seed=seed,
+        frame=frame,
+        time_s=observed.time_s,
+        layers=_layers(Cloud(tracker.pose(states), weights), records, method.layers_in_words(), tracker.pose),
+        estimate_m={name: place.mean for name, place in estimate.places.items()},
+        truth_m=_truth(recording, observed.time_s),
+        pixels=np.array(pixels) if pixels else None,
+    )
+
+
+def _up_to(frame: int, tracker: Tracker, source: Iterable[Observation], progress: Progress | None) -> Observation:
+    """The observation of a frame; the tracker has taken all before it."""
+    first, count = None, 0
+    for observation in source:
+        if observation.is_frame:
+            count = (observation.index or 0) + 1
+            first = count - 1 if first is None else first
+            if observation.index == frame:
+                return observation
+            if not first <= frame:
+                break
+            if progress is not None and count % 30 == 0:
+                progress("track", count)
+        tracker.observe(observation)
+    count += sum(observation.is_frame for observation in source)
+    raise InputError(f"frame is {frame}, expected {first or 0} to {count - 1}: the recording has {count} frames")
+
+
+def _layers(
+    prior: Cloud,
+    records: list[LayerRecord],
+    words: list[tuple[str, str]],
+    places: Callable[[Array], dict[str, Array]],
+) -> tuple[CycleLayer, ...]:
+    """Every layer with the cloud that the one before left; of each there is a record an island."""
+    arriving, layers = prior, []
+    for number, (moved_by, weighed_by) in enumerate(words):
+        parts = [record for record in records if record.layer == number]
+        at = places(np.ascontiguousarray(np.concatenate([part.predicted for part in parts])))
+        count = len(arriving.weights)
+        weighted = Cloud(at, np.concatenate([part.weights * (len(part.weights) / count) for part in parts]))
+        resampled = _resampled(parts, weighted)
+        # A cue may have had nothing to say.
+        said = "" if np.array_equal(weighted.weights, arriving.weights) else weighed_by
+        layers.append(CycleLayer(moved_by, said, arriving, Cloud(at, arriving.weights), weighted, resampled))
+        arriving = resampled or weighted
+    return tuple(layers)
+
+
+def _resampled(parts: list[LayerRecord], weighted: Cloud) -> Cloud | None:
+    """What the islands left, those that did not resample as they were; None where none did."""
+    if all(part.ancestors is None for part in parts):
+        return None
+    chosen, weights, first = [], [], 0
+    for part in parts:
+        size = len(part.weights)
+        stays = part.ancestors is None
+        chosen.append(first + (np.arange(size) if part.ancestors is None else part.ancestors))
+        weights.append(weighted.weights[first : first + size] if stays else np.full(size, 1 / len(weighted.weights)))
+        first += size
+    rows = np.concatenate(chosen)
+    return Cloud({name: points[rows] for name, points in weighted.points_m.items()}, np.concatenate(weights))
+
+
+def _truth(recording: Recording, time_s: float) -> dict[str, Array]:
+    truth = recording.truth
+    if truth is None:
+        return {}
+    at = {joint: truth.at(joint, np.array([time_s]))[0] for joint in truth.joints_m}
+    return {joint: place for joint, place in at.items() if np.isfinite(place).all()}

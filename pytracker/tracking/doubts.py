@@ -1,0 +1,193 @@
+"""`doubts(track)`: what a recording says against its own description, which the bands of a track cannot know.
+
+A heading or a clock that is off gives a track that is off, as sure of itself as any other. But the data fit worse:
+another heading or clock then explains them better. And a skeleton beside the person has no person about its joints.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from collections import Counter
+
+import numpy as np
+
+from pytracker._core import ARM_DOUBTS, InputError, TrackingError
+from pytracker.evidence.sightings import Sightings
+from pytracker.methods.arm import ArmMethod, Ekf, Mixture
+from pytracker.recording.recording import ArmRecording, Recording
+from pytracker.rotation import Array
+from pytracker.tracking.arm import ArmTrack, track_arm
+from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.found import found_by
+from pytracker.tracking.suspects import suspects
+from pytracker.tracking.tracks import Track
+
+__all__ = ["doubts", "unbelieved"]
+
+PROBE = Mixture(components=1)
+"""Fast, and its log evidence is that of what was seen: for any suspect."""
+
+HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15)
+"""Its log evidence is the arm's length's too, which a heading contradicts most; and any living arm somewhat."""
+HELD_SUSPECTS = ("heading_deg", "offset_s")
+
+LOST = -1e3
+SETTLED_S = 0.5
+"""The first moments depend on the start more than on heading and clock."""
+
+AT_MOST = 5.0
+"""What one frame may add: a filter that is lost for a while must not decide."""
+
+LEAST_FRAMES = 100
+"""Fewer say too little."""
+
+MOST_FRAMES = 600
+"""More say no more than these, and take longer."""
+
+CERTAIN = 25.0
+"""Log evidence by which another description must be better; right ones were beaten by 19 at most, worn ones too."""
+
+CERTAIN_HELD = 1.0
+"""The same of each frame where the arm's length counts; right ones that are worn have 0.65 at most."""
+
+AS_GOOD = 8.0
+"""Descriptions that are as good as the best but for this cannot be told from it."""
+
+SURPRISING = 2.0
+"""What was measured once should not differ by more standard deviations; of right ones, worn too, none does by 1.3."""
+
+FEW_UNSEEN = 0.2
+"""Fewer frames without the patch are usual."""
+
+HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
+"""The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
+
+LEAST_ON_PERSON = 0.6
+"""Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
+
+
+def doubts(track: Track) -> tuple[str, ...]:
+    """Warnings, in words; empty where nothing speaks against the track.
+
+    An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`pytracker.suspects`): heading,
+    clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed,
+    lengths, shoulder and cameras should be what they are said to be. A body's key joints should
+    have foreground about them, and its head be where the person's is.
+    """
+    if isinstance(track, ArmTrack):
+        return _of_arm(track.recording, track.sightings, track.method.pixel_sd) or _of_setup(track)
+    return _of_body(track) if isinstance(track, BodyTrack) else ()
+
+
+@functools.lru_cache(maxsize=1)  # several methods on one recording share it
+def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> tuple[str, ...]:
+    sightings = _first(sightings)
+    held = [suspect for suspect in suspects() if suspect.kind in HELD_SUSPECTS]
+    certain_held = CERTAIN_HELD * max(LEAST_FRAMES, len(sightings.time_s))
+    for probe, tried, certain in ((HELD, held, certain_held), (PROBE, list(suspects()), CERTAIN)):
+        method = dataclasses.replace(probe, pixel_sd=pixel_sd)
+        base = _log_evidence(recording, sightings, method)
+        gains = [(s, _gain(_log_evidence(s.change(recording), sightings, method) - base)) for s in tried]
+        best, gain = max(gains, key=lambda found: found[1])
+        if gain < certain:
+            continue
+        others = dict.fromkeys(s.kind for s, g in gains if g > gain - AS_GOOD and s.kind != best.kind)
+        alike = f"; {' or '.join(others)} may be it as well: these cannot be told apart here" if others else ""
+        return (
+            f"{where_of(recording)}: camera and IMU agree better with {best.words} (log evidence "
+            f"+{gain:.0f}, expected less than +{certain:g} of any change): check {best.kind}{alike}",
+        )
+    return ()
+
+
+def _of_setup(track: ArmTrack) -> tuple[str, ...]:
+    """Whether what was measured once is as it is said to be, where the whole recording was smoothed."""
+    surprising = [found for found in found_by(track) if found.name != "offset_s" and found.surprise > SURPRISING]
+    if not surprising or len(track.time_s) < LEAST_FRAMES:
+        return ()
+    worst = max(surprising, key=lambda found: found.surprise)
+    return (
+        f"{where_of(track.recording)}: camera and IMU agree better with another {worst.what}, by {worst.change:+.3g} ± "
+        f"{worst.sd:.2g} {worst.unit}, expected at most ± {SURPRISING * worst.given_sd:.2g} {worst.unit}: check "
+        f"{' and '.join(dict.fromkeys(found.name for found in surprising))}",
+    )
+
+
+def _first(sightings: Sightings) -> Sightings:
+    """Of the first `MOST_FRAMES` frames."""
+    if len(sightings.time_s) <= MOST_FRAMES:
+        return sightings
+    return Sightings(sightings.time_s[:MOST_FRAMES], sightings.pixels[:MOST_FRAMES], sightings.reasons[:MOST_FRAMES])
+
+
+def _gain(better: Array) -> float:
+    """By how much a setting is better over the whole recording; nothing where only a part of it says so."""
+    better = np.clip(better[np.isfinite(better)], -AT_MOST, AT_MOST)
+    if len(better) < LEAST_FRAMES:
+        return 0.0
+    quarters = [float(part.sum()) for part in np.array_split(better, 4)]
+    return sum(quarters) if sum(quarter > 0 for quarter in quarters) >= 3 else 0.0
+
+
+def _log_evidence(recording: ArmRecording, sightings: Sightings, method: ArmMethod) -> Array:
+    """Of every frame `(T,)`; NaN where there is none, as bad as can be once the filter was lost."""
+    found = np.full(len(sightings.time_s), np.nan)
+    track: Track
+    try:
+        track = track_arm(recording, method, sightings=sightings)
+    except InputError:
+        return found
+    except TrackingError as error:
+        found[:] = LOST
+        if not hasattr(error, "track"):
+            return found
+        track = error.track
+    known = np.isfinite(track.log_evidence)
+    found[known] = track.log_evidence[known]
+    found[sightings.time_s < recording.imus[0].time_s[0] + SETTLED_S] = np.nan
+    return found
+
+
+def unbelieved(track: Track) -> tuple[str, ...]:
+    """A sentence where frames are not to be believed, with the reasons.
+
+    Empty where all are, or a few were only not seen.
+    """
+    counts = Counter(words for reason in track.reason if reason for words in reason.split("; "))
+    bad = int((~track.valid).sum())
+    if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in ARM_DOUBTS)):
+        return ()
+    named = ", ".join(f"{words} ({count})" for words, count in counts.most_common(3))
+    share = bad / len(track.valid)
+    return (f"{bad} of {len(track.valid)} frames ({share:.0%}) are not valid, do not use them: {named}",)
+
+
+def where_of(recording: Recording) -> str:
+    """What to call a recording in a sentence: the name of its folder."""
+    return recording.folder.resolve().name if recording.folder else "the recording"
+
+
+def _of_body(track: BodyTrack) -> tuple[str, ...]:
+    where = where_of(track.recording)
+    first, all_frames = track.on_person[0], float(np.mean(track.on_person))
+    least = f"expected {LEAST_ON_PERSON:.0%} at least"
+    if first < LEAST_ON_PERSON:
+        return (
+            f"{where}: at the first frame {first:.0%} of the joints are on the foreground, {least}: check the first "
+            "pose, the skeleton and the camera, and that the background does not hold the person",
+        )
+    right_m, below_m = track.head_off_m
+    if abs(right_m) > HEAD_BESIDE_M or abs(below_m) > HEAD_ABOVE_M:
+        side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
+        return (
+            f"{where}: at the first frame the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's "
+            f"and {100 * abs(below_m):.0f} cm {height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and "
+            f"{100 * HEAD_ABOVE_M:.0f} cm: check the first pose, the skeleton's size, and the camera or its points",
+        )
+    if all_frames < LEAST_ON_PERSON:
+        return (
+            f"{where}: {all_frames:.0%} of the joints are on the foreground, {least}: see the overlay for whether the "
+            "skeleton has left the person",
+        )
+    return ()

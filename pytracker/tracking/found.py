@@ -1,0 +1,97 @@
+"""`found_by(track)`: what a smoothed recording says of what was measured once: lengths, shoulder, cameras, clock.
+
+Each with its standard deviation before and after: one that did not shrink was not told by the data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker.methods.arm import Smooth
+from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.tracks import Track
+
+__all__ = ["Found", "found_by"]
+
+TOLD = 0.8
+"""The data say something of a quantity whose standard deviation they make smaller than this share of what it was."""
+
+MOTION_COLUMNS = 12
+"""Position, velocity, bias and orientation error come first in the state of a worn arm."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A constant of a recording.
+
+    Attributes:
+        name: the key of `recording.toml` that it belongs to.
+        what: which part of it, in words.
+        unit: of what follows.
+        change: what has to be added to what is given.
+        given_sd: how well it was known.
+        sd: how well it is known now.
+    """
+
+    name: str
+    what: str
+    unit: str
+    change: float
+    given_sd: float
+    sd: float
+
+    @property
+    def is_told(self) -> bool:
+        """Whether the data say something of it."""
+        return self.sd < TOLD * self.given_sd
+
+    @property
+    def surprise(self) -> float:
+        """The change in standard deviations of what was known."""
+        return abs(self.change) / self.given_sd
+
+    @property
+    def words(self) -> str:
+        """The change, in a sentence with numbers."""
+        return f"differs by {self.change:+.3g} ± {self.sd:.2g} {self.unit}, known to ± {self.given_sd:.2g} {self.unit}"
+
+
+def found_by(track: Track) -> tuple[Found, ...]:
+    """What was estimated as constant; empty where the method does not smooth, or could not."""
+    if not isinstance(track, ArmTrack) or not isinstance(track.method, Smooth):
+        return ()
+    first = MOTION_COLUMNS + 3 * track.method.offset + 3 * track.method.shoulder
+    names = list(_constants(track.method, len(track.recording.views)))
+    known = np.isfinite(track.state_mean).all(axis=1)
+    if track.state_mean.shape[1] != first + len(names) or not known.any():
+        return ()
+    # A long recording is smoothed in windows: each has its own estimate of the same.
+    changes = track.state_mean[known, first:].mean(axis=0)
+    variances = np.diagonal(track.state_covariance[known], axis1=1, axis2=2)[:, first:].mean(axis=0)
+    scaled = zip(names, changes, np.sqrt(np.maximum(variances, 0.0)), strict=True)
+    return tuple(
+        Found(name, what, unit, scale * float(change), abs(scale) * given_sd, abs(scale) * float(sd))
+        for (name, what, unit, scale, given_sd), change, sd in scaled
+        if given_sd > 0.0
+    )
+
+
+def _constants(method: Smooth, cameras: int) -> Iterator[tuple[str, str, str, float, float]]:
+    """Key, words, unit, unit a state's unit, and standard deviation beforehand, column by column."""
+    yield "upper_arm_m", "upper arm", "cm", 100.0, method.upper_arm_sd_m
+    yield "forearm_m", "forearm", "cm", 100.0, method.forearm_sd_m
+    for axis in "xyz":
+        yield "shoulder_m", f"shoulder along {axis}", "cm", 100.0, method.shoulder_place_sd_m
+    for axis in "xz":
+        yield "mount", f"forearm about the sensor's {axis}", "°", float(np.degrees(1)), method.mount_sd_rad
+    for camera in range(cameras):
+        of = "camera" if cameras == 1 else f"camera {camera + 1}"
+        for turn in ("pitch", "pan", "roll"):
+            yield f"camera[{camera}].rotation", f"{of}'s {turn}", "°", float(np.degrees(1)), method.camera_turn_sd_rad
+        yield f"camera[{camera}].translation_m", f"{of}'s distance", "cm", 100.0, method.camera_distance_sd_m
+        yield f"camera[{camera}].matrix", f"{of}'s focal length", "%", 100.0, method.focal_sd
+    # A camera that sees later than the IMU's clock says: the IMU's times are too early.
+    yield "offset_s", "IMU's clock", "ms", -1000.0, method.clock_sd_s

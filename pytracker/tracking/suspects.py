@@ -1,0 +1,170 @@
+"""What may be wrong with the description of an arm's recording: each suspect as a change that would put it right.
+
+A heading, a clock, a camera or a length that is off gives a track that is off, as sure of itself as any other. But
+the data fit worse: a recording that is described rightly is explained better. Each suspect is tried in a few
+strengths.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker.recording.recording import Arm, ArmRecording, Camera, Imu
+from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion, triple
+
+__all__ = ["Suspect", "suspects"]
+
+HEADINGS_DEG = (-170.0, -90.0, -40.0, -20.0, -10.0, 10.0, 20.0, 40.0, 90.0)
+OFFSETS_S = (-0.8, -0.4, -0.2, -0.1, 0.1, 0.2, 0.4, 0.8)
+MOUNTS_DEG = (-90.0, -30.0, -12.0, 12.0, 30.0, 90.0)
+TILTS_DEG = (-12.0, -5.0, 5.0, 12.0)
+LENGTHS = (0.8, 0.9, 1.1, 1.2)
+SHOULDER_M = (-0.2, -0.1, 0.1, 0.2)
+FOCALS = (0.8, 0.9, 0.95, 1.05, 1.1, 1.2)
+TURNS_DEG = (-10.0, -4.0, -1.5, 1.5, 4.0, 10.0)
+DISTANCES_M = (-0.4, -0.2, 0.2, 0.4)
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """A change of the description.
+
+    Attributes:
+        kind: what is suspected, in words.
+        words: what would put it right.
+        change: the recording as it would then be.
+    """
+
+    kind: str
+    words: str
+    change: Callable[[ArmRecording], ArmRecording]
+
+
+def suspects() -> Iterator[Suspect]:
+    """All of them, in all strengths."""
+    yield from _of_imu()
+    yield from _of_arm()
+    yield from _of_camera()
+
+
+def _of_imu() -> Iterator[Suspect]:
+    for degrees in HEADINGS_DEG:
+        yield Suspect("heading_deg", f"heading_deg turned by {degrees:+g}°", _turned_world([0.0, 0.0, degrees]))
+    for seconds in OFFSETS_S:
+        yield Suspect("offset_s", f"offset_s changed by {seconds:+g} s", _imu(_later(seconds)))
+    for (axis, name), degrees in itertools.product(enumerate("xyz"), MOUNTS_DEG):
+        words = f"mount turned by {degrees:+g}° about the sensor's {name}"
+        yield Suspect("mount", words, _imu(_mounted(degrees * np.eye(3)[axis])))
+    for (axis, name), degrees in itertools.product(enumerate("xy"), TILTS_DEG):
+        words = f"the orientation tilted by {degrees:+g}° about {name}"
+        yield Suspect("orientation", words, _turned_world(degrees * np.eye(3)[axis]))
+
+
+def _of_arm() -> Iterator[Suspect]:
+    for name, factor in itertools.product(("upper_arm_m", "forearm_m"), LENGTHS):
+        yield Suspect(name, f"{name} times {factor:g}", _arm(_longer(name, factor)))
+    for (axis, name), metres in itertools.product(enumerate("xyz"), SHOULDER_M):
+        words = f"shoulder_m moved by {100 * metres:+g} cm along {name}"
+        yield Suspect("shoulder_m", words, _arm(_moved_shoulder(metres * np.eye(3)[axis])))
+
+
+def _of_camera() -> Iterator[Suspect]:
+    for factor in FOCALS:
+        yield Suspect("focal length", f"the focal length times {factor:g}", _cameras(_focal(factor)))
+    for (axis, name), degrees in itertools.product(enumerate(("pitch", "pan", "roll")), TURNS_DEG):
+        words = f"the camera turned by {degrees:+g}° ({name})"
+        yield Suspect(f"camera's {name}", words, _cameras(_turned(degrees * np.eye(3)[axis])))
+    for metres in DISTANCES_M:
+        words = f"the camera {abs(100 * metres):g} cm {'farther' if metres > 0 else 'nearer'}"
+        yield Suspect("camera's distance", words, _cameras(_farther(metres)))
+
+
+def _imu(change: Callable[[Imu], Imu]) -> Callable[[ArmRecording], ArmRecording]:
+    return lambda recording: dataclasses.replace(recording, imus=(change(recording.imus[0]),))
+
+
+def _arm(change: Callable[[Arm], Arm]) -> Callable[[ArmRecording], ArmRecording]:
+    return lambda recording: dataclasses.replace(recording, arm=change(recording.arm))
+
+
+def _cameras(change: Callable[[Camera], Camera]) -> Callable[[ArmRecording], ArmRecording]:
+    def apply(recording: ArmRecording) -> ArmRecording:
+        views = tuple(dataclasses.replace(view, camera=change(view.camera)) for view in recording.views)
+        return dataclasses.replace(recording, views=views)
+
+    return apply
+
+
+def _quaternion(degrees: Array | list[float]) -> Array:
+    return rotation_vector_to_quaternion(np.radians(np.asarray(degrees, dtype=float)))
+
+
+def _turned_world(degrees: Array | list[float]) -> Callable[[ArmRecording], ArmRecording]:
+    turn = _quaternion(degrees)
+    return _imu(
+        lambda imu: dataclasses.replace(
+            imu,
+            q_world_segment=np.ascontiguousarray(
+                multiply(np.broadcast_to(turn, (len(imu.acc), 4)), imu.q_world_segment)
+            ),
+        )
+    )
+
+
+def _later(seconds: float) -> Callable[[Imu], Imu]:
+    return lambda imu: dataclasses.replace(imu, time_s=imu.time_s + seconds)
+
+
+def _mounted(degrees: Array) -> Callable[[Imu], Imu]:
+    """The segment's frame turned in the sensor: readings turn with it, what they say of the world stays."""
+    turn = _quaternion(degrees)
+    back = turn * np.array([1.0, -1.0, -1.0, -1.0])
+
+    def apply(imu: Imu) -> Imu:
+        q = multiply(imu.q_world_segment, np.broadcast_to(turn, (len(imu.acc), 4)))
+        gyr = None if imu.gyr is None else rotate(back, imu.gyr)
+        return dataclasses.replace(imu, acc=rotate(back, imu.acc), gyr=gyr, q_world_segment=np.ascontiguousarray(q))
+
+    return apply
+
+
+def _longer(name: str, factor: float) -> Callable[[Arm], Arm]:
+    return lambda arm: dataclasses.replace(arm, **{name: min(1.0, factor * getattr(arm, name))})
+
+
+def _moved_shoulder(by: Array) -> Callable[[Arm], Arm]:
+    return lambda arm: dataclasses.replace(arm, shoulder_m=triple(np.asarray(arm.shoulder_m) + by))
+
+
+def _focal(factor: float) -> Callable[[Camera], Camera]:
+    def apply(camera: Camera) -> Camera:
+        (fx, skew, cx), (_, fy, cy), last = camera.matrix
+        return dataclasses.replace(camera, matrix=((factor * fx, factor * skew, cx), (0.0, factor * fy, cy), last))
+
+    return apply
+
+
+def _turned(degrees: Array) -> Callable[[Camera], Camera]:
+    """About the camera's own axes, where it stands."""
+
+    def apply(camera: Camera) -> Camera:
+        turn = np.stack([rotate(_quaternion(degrees), axis) for axis in np.eye(3)], axis=1)
+        rotation = turn @ np.array(camera.rotation)
+        translation = turn @ np.array(camera.translation_m)
+        rows = (triple(rotation[0]), triple(rotation[1]), triple(rotation[2]))
+        return dataclasses.replace(camera, rotation=rows, translation_m=triple(translation))
+
+    return apply
+
+
+def _farther(metres: float) -> Callable[[Camera], Camera]:
+    def apply(camera: Camera) -> Camera:
+        x, y, z = camera.translation_m
+        return dataclasses.replace(camera, translation_m=(x, y, z + metres))
+
+    return apply

@@ -1,0 +1,80 @@
+"""`track(recording, method, seed)`: a recording to a track, by the tracker that it needs."""
+
+from __future__ import annotations
+
+from typing import overload
+
+from pytracker._core import InputError
+from pytracker.evidence.sightings import Progress, Sightings
+from pytracker.methods.arm import ArmMethod
+from pytracker.methods.body import BodyMethod
+from pytracker.methods.method import Method
+from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
+from pytracker.tracking.arm import ArmTrack, track_arm
+from pytracker.tracking.body import BodyTrack, track_body
+
+__all__ = ["track"]
+
+
+@overload
+def track(
+    recording: ArmRecording,
+    method: ArmMethod,
+    seed: int = 0,
+    *,
+    sightings: Sightings | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> ArmTrack: ...
+
+
+@overload
+def track(
+    recording: BodyRecording,
+    method: BodyMethod,
+    seed: int = 0,
+    *,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> BodyTrack: ...
+
+
+@overload
+def track(
+    recording: Recording,
+    method: Method,
+    seed: int = 0,
+    *,
+    sightings: Sightings | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> ArmTrack | BodyTrack: ...
+
+
+def track(
+    recording: Recording,
+    method: Method,
+    seed: int = 0,
+    *,
+    sightings: Sightings | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> ArmTrack | BodyTrack:
+    """Track `recording` by `method`.
+
+    `sightings` (arm) are patch centres found before or elsewhere; without them the videos are searched. `threads`
+    limits how many work on the particles and does not change the result.
+
+    Raises `InputError` for what cannot be used, such as an arm's method for a body, and `TrackingError`, naming the
+    frame, when the track is lost beyond recovery; its `track` attribute then holds the frames before, where there are
+    any.
+    """
+    if isinstance(recording, ArmRecording) and isinstance(method, ArmMethod):
+        return track_arm(recording, method, seed, sightings=sightings, progress=progress, threads=threads)
+    if isinstance(recording, BodyRecording) and isinstance(method, BodyMethod):
+        if sightings is not None:
+            raise InputError("sightings are given for a body, expected them for an arm only")
+        return track_body(recording, method, seed, progress=progress, threads=threads)
+    raise InputError(
+        f"{type(method).__name__} tracks a recording of kind {method.kind!r}, this one is {recording.kind!r}"
+    )

@@ -1,0 +1,64 @@
+"""What every track holds: joints over time, with error bars."""
+
+# No deferred annotations here: those who inherit have other names in scope.
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.methods.method import Method
+from pytracker.recording.recording import Recording
+from pytracker.rotation import Array
+
+__all__ = ["JointTrack", "Track"]
+
+
+@dataclass(frozen=True, eq=False)
+class JointTrack:
+    """One joint over time: world, m, `(T, 3)` each; NaN where it was not tracked.
+
+    Attributes:
+        mean: weighted mean.
+        mode: where the cloud is densest.
+        sd: standard deviation per axis.
+        lo: 2.5 % quantile per axis.
+        hi: 97.5 % quantile per axis.
+    """
+
+    mean: Array
+    mode: Array
+    sd: Array
+    lo: Array
+    hi: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Track:
+    """What a method made of a recording: one row a camera frame.
+
+    Attributes:
+        method: the method with its parameters.
+        recording: what was tracked.
+        seed: of the random streams.
+        time_s: recording time `(T,)`, s.
+        joints: by name.
+        ess: effective sample size `(T,)`; NaN for a Gaussian method.
+        log_evidence: of each frame's observations `(T,)`; NaN where nothing was observed or weights are no likelihoods.
+        valid: whether the frame was tracked and something was seen, `(T,)`.
+        reason: why not `(T,)`.
+        stage_s: run time of each stage, s; never compared.
+        lost: the error that ended the track early; empty where it did not.
+    """
+
+    method: Method
+    recording: Recording
+    seed: int
+    time_s: Array
+    joints: Mapping[str, JointTrack]
+    ess: Array
+    log_evidence: Array
+    valid: NDArray[np.bool_]
+    reason: tuple[str, ...]
+    stage_s: Mapping[str, float] = field(default_factory=dict)
+    lost: str = ""

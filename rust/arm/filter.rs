@@ -1,0 +1,337 @@
+//! The arm as a tracker's subject: the motion of every IMU sample is composed, every camera frame updates one of the filters.
+
+use super::colour::sightings;
+use super::ekf::{ArmGaussian, Correction};
+use super::frame::Frame;
+use super::mixture::ArmMixture;
+use super::particle::{ArmLayer, ArmParticles};
+use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
+use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
+use super::setup::Setup;
+use super::smooth::{Kept, Memory, Recorded};
+use super::state::{Arm, Layout, Noise, POSITION, View, require_finite};
+use super::timeline::Timeline;
+use crate::error::require;
+use crate::estimate::Estimate;
+use crate::filter::{Gaussian, Recorder, Resampling};
+use crate::observation::Sample;
+use crate::particles::ParticleSet;
+use crate::quaternion::Quaternion;
+use crate::{Error, Result};
+use nalgebra::Vector2;
+use serde::{Deserialize, Serialize};
+
+/// How the arm is tracked.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Method {
+    /// A list of layers on a particle set.
+    Particles {
+        /// Applied in order at every frame.
+        layers: Vec<ArmLayer>,
+        /// How many particles.
+        len: usize,
+        /// After each layer.
+        resampling: Resampling,
+    },
+    /// A Gaussian and a list of corrections; none of them is inertial only.
+    Gaussian {
+        /// Applied in order at every frame.
+        corrections: Vec<Correction>,
+    },
+    /// A mixture of Gaussians over the state of a worn sensor, corrected by the patch and by what is named besides.
+    Mixture {
+        /// `ArmLength`, `Rest`.
+        corrections: Vec<Correction>,
+        /// Components that are kept.
+        components: usize,
+    },
+    /// The same, its frames kept, so that they can be smoothed ([`ArmFilter::smoothed`]).
+    Smoother {
+        /// As those of the mixture.
+        corrections: Vec<Correction>,
+        /// As those of the mixture.
+        components: usize,
+        /// How well lengths and cameras are known; of as many cameras as there are.
+        setup: Option<Setup>,
+    },
+}
+
+/// One of the filters, over the state of one arm.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ArmFilter {
+    arm: Arm,
+    noise: Noise,
+    views: Vec<View>,
+    timeline: Timeline,
+    filter: Filter,
+    last_world_sensor: Option<Quaternion>,
+    plausibility: Plausibility,
+    /// For how long since the last sighting the IMU has said nothing, s.
+    blind_s: f64,
+    /// Nothing is known until the patch is seen again.
+    is_unknown: bool,
+    restarts: u64,
+    /// What every frame brought, where it is kept.
+    kept: Option<Memory>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Filter {
+    Particles(ArmParticles),
+    Gaussian(ArmGaussian),
+    Mixture(ArmMixture),
+}
+
+impl ArmFilter {
+    /// Ready for its first sample.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] or [`Error::Size`] for what is out of range.
+    pub fn new(arm: Arm, views: Vec<View>, noise: Noise, method: Method, seed: u64) -> Result<Self> {
+        arm.check()?;
+        noise.check()?;
+        let kept = match &method {
+            Method::Smoother { setup, .. } => {
+                let setup = setup.map(|setup| Setup { cameras: views.len(), ..setup });
+                setup.iter().try_for_each(Setup::check)?;
+                Some(Memory { setup, ..Memory::default() })
+            }
+            _ => None,
+        };
+        let filter = match method {
+            Method::Particles { layers, len, resampling } => {
+                Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
+            }
+            Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
+            Method::Mixture { corrections, components } | Method::Smoother { corrections, components, .. } => {
+                require((1..=100).contains(&components), "components", components as f64, "1 to 100")?;
+                // Its motion mixes both (`worn::CORE`).
+                require(noise.bias.is_some(), "bias", f64::NAN, "estimated, by a mixture")?;
+                require(noise.tilt.is_some(), "tilt", f64::NAN, "estimated, by a mixture")?;
+                let by = |correction| corrections.contains(&correction);
+                let (is_held, is_rested) = (by(Correction::ArmLength), by(Correction::Rest));
+                Filter::Mixture(ArmMixture::new(&arm, &noise, is_held, is_rested, components))
+            }
+        };
+        let is_worn = matches!(filter, Filter::Mixture(_));
+        Ok(Self {
+            arm,
+            noise,
+            views,
+            timeline: Timeline::new(is_worn),
+            filter,
+            last_world_sensor: None,
+            plausibility: Plausibility::new(),
+            blind_s: 0.0,
+            is_unknown: false,
+            restarts: 0,
+            kept,
+        })
+    }
+
+    /// How many cameras.
+    pub fn cameras(&self) -> usize {
+        self.views.len()
+    }
+
+    /// The particles as they stand; none for a Gaussian method.
+    pub fn particles(&self) -> Option<&ParticleSet> {
+        match &self.filter {
+            Filter::Particles(filter) => Some(filter.particles()),
+            Filter::Gaussian(_) | Filter::Mixture(_) => None,
+        }
+    }
+
+    /// Take an IMU sample.
+    ///
+    /// # Errors
+    /// [`Error::Late`], [`Error::NotFinite`], [`Error::QuaternionNorm`]; the filter is then as before.
+    pub fn take(&mut self, sample: &Sample) -> Result<()> {
+        self.timeline.take(sample, &self.noise)?;
+        if let Some(kept) = &mut self.kept {
+            kept.samples.push(*sample);
+        }
+        Ok(())
+    }
+
+    /// Check where each camera saw the patch.
+    ///
+    /// # Errors
+    /// [`Error::Size`] for another number of pixels than cameras, [`Error::NotFinite`].
+    pub fn check(&self, time_s: f64, pixels: &[Option<Vector2<f64>>]) -> Result<()> {
+        if pixels.len() != self.views.len() {
+            return Err(Error::Size { name: "pixels", got: pixels.len(), unit: "cameras", expected: self.views.len() });
+        }
+        pixels.iter().flatten().try_for_each(|pixel| require_finite("pixel", time_s, pixel.as_slice()))
+    }
+
+    /// Take a camera frame that was checked, `elapsed_s` after the last: where each camera saw the patch, `None` where it
+    /// did not. `recorder` sees every layer of a particle method.
+    ///
+    /// # Errors
+    /// [`Error::NoInertialSample`], [`Error::Late`], after which it is as before; [`Error::AllWeightsZero`],
+    /// [`Error::Singular`], [`Error::RanAway`], [`Error::Implausible`], after which it must not be used again.
+    pub fn update(
+        &mut self,
+        time_s: f64,
+        elapsed_s: f64,
+        pixels: &[Option<Vector2<f64>>],
+        recorder: Option<&mut dyn Recorder>,
+    ) -> Result<Estimate> {
+        self.timeline.reach_frame(time_s, &self.noise)?;
+        if self.last_world_sensor.is_none() {
+            // The start is the wrist at the first frame: what the IMU did before moves nothing.
+            self.timeline.clear_pending();
+        }
+        let world_sensor = self.timeline.world_sensor(&self.noise);
+        self.notice_pause(elapsed_s, world_sensor, pixels);
+        let frame = Frame {
+            time_s,
+            motion: self.timeline.pending().clone(),
+            worn: self.timeline.worn().cloned(),
+            last_world_sensor: self.last_world_sensor.unwrap_or(world_sensor),
+            world_sensor,
+            acceleration: self.timeline.acceleration(&self.noise),
+            stale_s: self.timeline.stale_s(&self.noise),
+            is_rest: self.timeline.is_rest(&self.noise),
+            sightings: sightings(&self.views, pixels),
+        };
+        let start = self.start_to_keep();
+        let estimate = match &mut self.filter {
+            Filter::Particles(filter) => filter.update(&self.arm, &self.noise, &frame, recorder),
+            Filter::Gaussian(filter) => filter.update(&self.arm, &self.noise, &frame),
+            Filter::Mixture(filter) => filter.update(&self.arm, &self.noise, &frame),
+        }?;
+        let mut estimate = estimate.checked()?;
+        let judged = Judged { arm: &self.arm, noise: &self.noise, sightings: &frame.sightings, world_sensor };
+        estimate.doubt = self.plausibility.doubt(&estimate, &judged);
+        let lasted_s = self.plausibility.beyond_s();
+        if let Some(why) = estimate.doubt.filter(|_| lasted_s > PATIENCE_S && self.is_held_by_arm()) {
+            return Err(Error::Implausible { time_s, why, lasted_s });
+        }
+        if self.is_unknown {
+            estimate.doubt = Some(UNKNOWN);
+        }
+        if let (Some(kept), Filter::Mixture(filter)) = (&mut self.kept, &self.filter) {
+            let (pixels, is_unknown, means) = (pixels.to_vec(), self.is_unknown, filter.means());
+            kept.frames.push(Kept { time_s, world_sensor, pixels, is_unknown, start, means });
+        }
+        self.last_world_sensor = Some(world_sensor);
+        self.timeline.clear_pending();
+        Ok(estimate)
+    }
+
+    /// What is known before the frame that the track starts at, where frames are kept.
+    fn start_to_keep(&self) -> Option<Gaussian> {
+        match &self.filter {
+            Filter::Mixture(filter) if self.kept.is_some() && self.last_world_sensor.is_none() => {
+                Some(filter.as_gaussian())
+            }
+            _ => None,
+        }
+    }
+
+    /// Frames so far, from number `first` on, each given those about it: as many as are smoothed together; none beyond the
+    /// last, or where frames are not kept.
+    ///
+    /// # Errors
+    /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
+    pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
+        match (&self.kept, &self.filter) {
+            (Some(Memory { frames, samples, setup }), Filter::Mixture(filter)) => {
+                let Self { arm, noise, views, .. } = self;
+                Recorded { arm, noise, views, filter, frames, samples, setup: *setup }.estimates(first)
+            }
+            _ => Ok(Vec::new()),
+        }
+    }
+
+    /// After a pause the state is not known: start again where the patch is seen, as far as the arm reaches.
+    fn notice_pause(&mut self, elapsed_s: f64, world_sensor: Quaternion, pixels: &[Option<Vector2<f64>>]) {
+        self.blind_s += self.timeline.pending_gap_s();
+        self.is_unknown |= self.blind_s > BLIND_S || elapsed_s > NO_FRAME_S;
+        let Some(sighting) = sightings(&self.views, pixels).into_iter().next() else { return };
+        self.blind_s = 0.0;
+        let sees_patch = match &self.filter {
+            Filter::Particles(filter) => filter.sees_patch(),
+            Filter::Gaussian(filter) => filter.sees_patch(),
+            Filter::Mixture(_) => true,
+        };
+        if !std::mem::take(&mut self.is_unknown) || !sees_patch {
+            return;
+        }
+        self.restarts += 1;
+        let glued = world_sensor.rotate(sighting.view.patch_offset);
+        let stretch = Reachable::within_reach(&self.arm, &self.noise, &sighting, glued);
+        match &mut self.filter {
+            Filter::Particles(filter) => filter.start_again(&self.arm, &self.noise, &stretch, self.restarts),
+            Filter::Gaussian(filter) => filter.start_again(&self.arm, &self.noise, &stretch),
+            Filter::Mixture(filter) => filter.start_again(&self.arm, &self.noise, &stretch),
+        }
+        self.plausibility = Plausibility::new();
+        self.last_world_sensor = None;
+        self.timeline.clear_pending();
+    }
+
+    /// Whether the arm's length holds the estimate: only then is one beyond its reach a track that was lost.
+    fn is_held_by_arm(&self) -> bool {
+        match &self.filter {
+            Filter::Particles(filter) => filter.is_held_by_arm(),
+            Filter::Gaussian(filter) => filter.is_held_by_arm(),
+            Filter::Mixture(filter) => filter.is_held_by_arm(),
+        }
+    }
+
+    /// What is known at `time_s`, between frames; draws nothing and changes nothing.
+    ///
+    /// # Errors
+    /// [`Error::NoInertialSample`], [`Error::Late`], [`Error::RanAway`].
+    pub fn estimate(&self, time_s: f64) -> Result<Estimate> {
+        let mut timeline = self.timeline.clone();
+        timeline.reach_frame(time_s, &self.noise)?;
+        if self.last_world_sensor.is_none() {
+            timeline.clear_pending();
+        }
+        let (motion, world_sensor) = (timeline.pending(), timeline.world_sensor(&self.noise));
+        let estimate = match &self.filter {
+            Filter::Particles(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
+            Filter::Gaussian(filter) => filter.estimate(&self.arm, &self.noise, time_s, motion, world_sensor),
+            Filter::Mixture(filter) => {
+                let acceleration = timeline.acceleration(&self.noise);
+                let frame = Frame { acceleration, ..Frame::empty(time_s, world_sensor) };
+                filter.estimate(&self.arm, &self.noise, timeline.worn(), &frame)
+            }
+        };
+        estimate.checked()
+    }
+
+    /// Wrist and elbow `(N, 6)` of states `(N, D)`, the forearm as at the last frame.
+    ///
+    /// # Errors
+    /// [`Error::Size`] for another number of columns than its state has.
+    pub fn pose(&self, states: &ParticleSet) -> Result<ParticleSet> {
+        let (got, expected) = (states.dim(), Layout::new(&self.noise).dim);
+        if got != expected {
+            return Err(Error::Size { name: "states", got, unit: "columns", expected });
+        }
+        let last = self.last_world_sensor.unwrap_or_else(Quaternion::identity);
+        let forearm = last.rotate(self.arm.elbow_in_sensor());
+        Ok(states.mapped(6, |block, out| {
+            for d in 0..3 {
+                out.column_mut(d).copy_from_slice(block.column(POSITION + d));
+                for (elbow, wrist) in out.column_mut(3 + d).iter_mut().zip(block.column(POSITION + d)) {
+                    *elbow = wrist + forearm[d];
+                }
+            }
+        }))
+    }
+
+    /// Check what was read back.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn check_parameters(&self) -> Result<()> {
+        self.arm.check()?;
+        self.noise.check()
+    }
+}

@@ -1,0 +1,217 @@
+//! The body as a tracker's subject: an image's evidence in, a pose with error bars out.
+
+use super::cues::Weighing;
+use super::cues::keypoints::{Person, nearest};
+use super::cues::orientation::Orientation;
+use super::cues::region::bareness;
+use super::figure::{Figure, KEY_JOINTS};
+use super::method::{BodyMethod, Frame};
+use super::picture::Picture;
+use super::skin::{Assignment, Blobs};
+use crate::error::{require, require_time};
+use crate::estimate::{Estimate, Point};
+use crate::filter::{Islands, Layer, LayeredFilter, Recorder};
+use crate::particles::ParticleSet;
+use crate::projection::Projection;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+
+/// No angle is less known.
+const MOST_RAD: f64 = 10.0;
+/// An orientation older than this says nothing of a frame, s.
+const STALE_S: f64 = 0.1;
+
+/// The latest orientation of a segment that wears a sensor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Worn {
+    time_s: f64,
+    orientation: Orientation,
+}
+
+/// Particles over the poses of one body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyFilter {
+    figure: Figure,
+    projection: Projection,
+    method: BodyMethod,
+    islands: Islands,
+    /// Of blobs to head and hands, island by island.
+    assignments: Vec<Assignment>,
+    /// Segment by segment.
+    worn: Vec<Worn>,
+    first_frame_s: Option<f64>,
+    /// How bare the forearms are, told at the first frame that shows skin.
+    bare: Option<f64>,
+}
+
+/// What every island sees of one frame.
+struct Sight<'a> {
+    figure: &'a Figure,
+    projection: &'a Projection,
+    method: &'a BodyMethod,
+    picture: &'a Picture,
+    orientations: &'a [Orientation],
+    time_s: f64,
+    elapsed_s: f64,
+    bare: f64,
+}
+
+/// What an island knows at one frame.
+struct Posterior {
+    /// Before the last resampling.
+    particles: ParticleSet,
+    blobs: Blobs,
+}
+
+impl BodyFilter {
+    /// All particles at the figure's own pose (paper IV-C1).
+    ///
+    /// # Errors
+    /// [`Error::Parameter`], [`Error::Size`].
+    pub fn new(figure: Figure, projection: Projection, method: BodyMethod, seed: u64) -> Result<Self> {
+        method.check()?;
+        let BodyMethod { particles, islands: count, resampling, gate_m, .. } = method;
+        let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
+        let assignments = vec![Assignment::new(gate_m); count];
+        let (worn, first_frame_s, bare) = (Vec::new(), None, None);
+        Ok(Self { figure, projection, method, islands, assignments, worn, first_frame_s, bare })
+    }
+
+    /// The figure.
+    pub fn figure(&self) -> &Figure {
+        &self.figure
+    }
+
+    /// The particles as they stand, of all islands.
+    pub fn particles(&self) -> ParticleSet {
+        self.islands.particles()
+    }
+
+    /// Take what a sensor says of the segment that wears it; it holds for a tenth of a second.
+    ///
+    /// # Errors
+    /// [`Error::Late`], [`Error::NotFinite`], [`Error::Parameter`]; the filter is then as before.
+    pub fn take(&mut self, time_s: f64, orientation: &Orientation) -> Result<()> {
+        require_time("orientation time", time_s)?;
+        if let Some(odd) = orientation.q_world_segment.coords.iter().find(|x| !x.is_finite()) {
+            return Err(Error::NotFinite { name: "orientation", time_s, value: *odd });
+        }
+        let Orientation { sd, roll_sd, segment, .. } = *orientation;
+        require(sd > 0.0 && sd <= MOST_RAD, "spread of an orientation", sd, "a positive angle")?;
+        require(roll_sd > 0.0, "spread of a roll", roll_sd, "a positive angle, or infinite")?;
+        let orientation = *orientation;
+        match self.worn.iter_mut().find(|worn| worn.orientation.segment == segment) {
+            Some(worn) if time_s <= worn.time_s => {
+                return Err(Error::Late { what: "orientation", time_s, latest_s: worn.time_s });
+            }
+            Some(worn) => *worn = Worn { time_s, orientation },
+            None => self.worn.push(Worn { time_s, orientation }),
+        }
+        Ok(())
+    }
+
+    /// Take a frame that was checked, `elapsed_s` after the last. The first moves nothing: the figure's pose is the pose
+    /// there. `recorder` sees every layer, island by island.
+    ///
+    /// # Errors
+    /// [`Error::AllWeightsZero`] and [`Error::RanAway`], after which it must not be used again.
+    pub fn update(
+        &mut self,
+        time_s: f64,
+        elapsed_s: f64,
+        picture: &Picture,
+        recorder: Option<&mut dyn Recorder>,
+    ) -> Result<Estimate> {
+        if let (None, Some(skin)) = (self.bare, &picture.skin) {
+            self.bare = Some(bareness(skin, &self.figure.seen(&self.projection, &self.figure.model.start())));
+        }
+        let bare = self.bare.unwrap_or(1.0);
+        let fresh = self.worn.iter().filter(|worn| time_s - worn.time_s <= STALE_S);
+        let orientations: Vec<Orientation> = fresh.map(|worn| worn.orientation).collect();
+        let Self { figure, projection, method, islands, assignments, .. } = self;
+        let orientations = orientations.as_slice();
+        let sight = Sight { figure, projection, method, picture, orientations, time_s, elapsed_s, bare };
+        let posteriors = islands
+            .each(assignments, recorder, |filter, assignment, recorder| sight.update(filter, assignment, recorder))?;
+        self.first_frame_s.get_or_insert(time_s);
+        self.estimate(time_s, &posteriors).checked()
+    }
+
+    /// All islands together.
+    fn estimate(&self, time_s: f64, posteriors: &[Posterior]) -> Estimate {
+        let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
+        let together = ParticleSet::together(&sets);
+        let joints = self.figure.key_joints(&together);
+        let mut joints = joints.summary(joints.dim());
+        let since_s = self.first_frame_s.map_or(0.0, |first| time_s - first);
+        self.method.unseen.add(&mut joints, &self.projection, since_s);
+        Estimate {
+            time_s,
+            state: together.summary(together.dim()),
+            places: (0..KEY_JOINTS.len()).map(|joint| Point::of_columns(&joints, 3 * joint)).collect(),
+            ess: Some(together.ess()),
+            // Distances and losses are no normalised densities: their mean is no evidence.
+            log_evidence: None,
+            doubt: None,
+            blobs: most_given(posteriors),
+        }
+    }
+
+    /// Check what was read back.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn check_parameters(&self) -> Result<()> {
+        self.method.check()
+    }
+}
+
+impl Sight<'_> {
+    /// One cycle of an island.
+    fn update(
+        &self,
+        filter: &mut LayeredFilter,
+        assignment: &mut Assignment,
+        recorder: Option<&mut dyn Recorder>,
+    ) -> Result<Posterior> {
+        let Self { figure, projection, method, picture, orientations, time_s, elapsed_s, bare } = *self;
+        let (blobs, person) = self.assign(filter.particles(), assignment);
+        let frame = Frame { figure, projection, picture, orientations, blobs, person, bare };
+        let walks: Vec<_> = method.layers.iter().map(|layer| method.walk(figure, layer, elapsed_s)).collect();
+        let weighings: Vec<Weighing<'_>> = method.layers.iter().map(|layer| method.weighing(layer, &frame)).collect();
+        let layers: Vec<Layer<'_>> = walks
+            .iter()
+            .zip(&weighings)
+            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing] })
+            .collect();
+        filter.cycle(time_s, &layers, recorder, |particles, _| Posterior { particles: particles.clone(), blobs })
+    }
+
+    /// Blobs to wearers, and which of the people found is this one, by where the mean of the particles expects them.
+    fn assign(&self, particles: &ParticleSet, assignment: &mut Assignment) -> (Blobs, Option<&Person>) {
+        let Self { figure, projection, method, picture, .. } = *self;
+        let (mean, _) = particles.moments();
+        let seen = figure.seen(projection, mean.as_slice());
+        let expected = [0, 1, 2].map(|wearer| {
+            let [a, b] = [0, 1].map(|end| seen[KEY_JOINTS.len() + 2 * wearer + end]);
+            [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
+        });
+        let blobs = assignment.assign(&picture.blobs, &expected, seen[0].px_per_m);
+        (blobs, nearest(&picture.keypoints, figure, &seen, method.keypoints))
+    }
+}
+
+/// The blob that most islands gave to each wearer; of as many, the first.
+fn most_given(posteriors: &[Posterior]) -> Blobs {
+    std::array::from_fn(|wearer| {
+        let given = |posterior: &Posterior| posterior.blobs[wearer];
+        let count = |blob: Option<[f64; 2]>| posteriors.iter().filter(|p| given(p) == blob).count();
+        let mut best = given(&posteriors[0]);
+        for blob in posteriors.iter().map(given) {
+            if count(blob) > count(best) {
+                best = blob;
+            }
+        }
+        best
+    })
+}
