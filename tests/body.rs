@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use pytracker::body::cues::blobs::{BlobDistance, Scale};
+use pytracker::body::cues::effort::Effort;
 use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, KeypointLook, Person, nearest};
 use pytracker::body::cues::limits::Limits;
 use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
@@ -181,6 +182,20 @@ fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
     assert!(inside[0] == 0.0 && inside[1] == 0.0 && inside[2] > 1.0);
 }
 
+/// Hanging costs nothing, level all, overhead twice as much; and only of the arms that are asked.
+#[test]
+fn a_lifted_arm_costs_effort() {
+    let figure = figure(&[8]);
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let found = lost(&figure, &[-quarter, 0.0, quarter], Effort { groups: &[Group::LeftArm], loss: 2.0 });
+    for (found, expected) in found.iter().zip([0.0, 2.0, 4.0]) {
+        assert!((found - expected).abs() < 1e-12, "{found}");
+    }
+    // The other arm stays level, whatever the left one does.
+    let other = lost(&figure, &[-quarter, quarter], Effort { groups: &[Group::RightArm], loss: 2.0 });
+    assert!(other.iter().all(|x| (x - 2.0).abs() < 1e-12));
+}
+
 const LOOK: KeypointLook = KeypointLook { inflation: 1.0, reach: 4.0 };
 
 /// Points of the pose with every angle 0, 3 px off at most.
@@ -260,6 +275,7 @@ fn method(layers: Vec<BodyLayer>, blending: Blending, edge_loss: f64) -> BodyMet
         region_reach_m: 0.2,
         keypoints: LOOK,
         orientation_inflation: 1.0,
+        effort_loss: 0.0,
         unseen: Unseen { distance_m: 0.0, lean: 0.0, turn: 0.0 },
         layers,
         resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),

@@ -41,8 +41,8 @@ class BodyMethod(Method):
         anew_share: share of the particles whose arm is drawn anew from all that its joints allow, so that a lost arm is
             found again; 0 is the paper.
         cues: what layers weigh by, where a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue),
-            `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `limits` (of joints,
-            softly), `penetration` (elbows and hands inside the torso, paper IV-C1).
+            `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `effort` (upper
+            arms against gravity), `limits` (of joints, softly), `penetration` (elbows and hands inside the torso, paper IV-C1).
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
             it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
@@ -56,6 +56,8 @@ class BodyMethod(Method):
         keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
         keypoint_reach: beyond about so many standard deviations a keypoint says nothing more.
         orientation_inflation: how many times its spread the orientation of a sensor has.
+        effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where it
+            hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
         edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """
@@ -73,7 +75,7 @@ class BodyMethod(Method):
     blob_reach: float = 4.0
     gate_m: float = 0.45
     anew_share: float = 0.0
-    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "limits")
+    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "effort", "limits")
     unseen_distance_sd_m: float = 0.0
     unseen_lean_sd_rad: float = 0.0
     unseen_turn_sd_rad: float = 0.0
@@ -83,6 +85,7 @@ class BodyMethod(Method):
     keypoint_inflation: float = 2.0
     keypoint_reach: float = 4.0
     orientation_inflation: float = 2.0
+    effort_loss: float = 0.0
     edge_loss: float = 3.0
     free: tuple[str, ...] = ()
 
@@ -134,6 +137,7 @@ class _Fixed(BodyMethod):
     base_turn_density: float = 0.2
     skin_loss: float = 30.0
     foreground_loss: float = 30.0
+    effort_loss: float = 1.25
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +155,7 @@ class Partitioned(_Fixed):
 
     layers: BodyLayers = ((("torso",), 1.0, 1.0), (("left_arm",), 1.0, 1.0), (("right_arm",), 1.0, 1.0))
     anew_share: float = 0.1
-    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "limits", "penetration")
+    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "effort", "limits", "penetration")
 
 
 BODY_METHODS: dict[str, type[BodyMethod]] = {"plain": BodyPlain, "annealed": Annealed, "partitioned": Partitioned}

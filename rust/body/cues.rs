@@ -10,6 +10,7 @@
 //! | [`region`] | skin and foreground as regions |
 //! | [`keypoints`] | joints against a detector's points in the picture |
 //! | [`orientation`] | upper arms and forearms against inertial sensors |
+//! | [`effort`] | upper arms against gravity |
 //! | [`limits`] | angles against the limits of joints |
 //! | [`penetration`] | elbows and hands against the torso (paper IV-C1) |
 //!
@@ -17,6 +18,7 @@
 //! then weighs as sharply as a perfect one, so that its spread says little. [`Blend::Sum`] keeps the scale of each cue.
 
 pub mod blobs;
+pub mod effort;
 pub mod keypoints;
 pub mod limits;
 pub mod orientation;

@@ -7,6 +7,7 @@
 //! | partitioned | torso; left arm; right arm |
 
 use super::cues::blobs::{BlobDistance, Scale};
+use super::cues::effort::Effort;
 use super::cues::keypoints::{KeypointDistance, KeypointLook, Person};
 use super::cues::limits::Limits;
 use super::cues::orientation::{Orientation, OrientationDistance};
@@ -63,6 +64,8 @@ pub enum CueName {
     Keypoints,
     /// [`super::cues::orientation`].
     Orientation,
+    /// [`super::cues::effort`].
+    Effort,
     /// [`super::cues::limits`].
     Limits,
     /// [`super::cues::penetration`].
@@ -75,13 +78,14 @@ impl CueName {
     /// # Errors
     /// [`Error::UnknownName`].
     pub fn from_name(name: &str) -> Result<Self> {
-        let known = "edges, blobs, regions, keypoints, orientation, limits, penetration";
+        let known = "edges, blobs, regions, keypoints, orientation, effort, limits, penetration";
         match name {
             "edges" => Ok(Self::Edges),
             "blobs" => Ok(Self::Blobs),
             "regions" => Ok(Self::Regions),
             "keypoints" => Ok(Self::Keypoints),
             "orientation" => Ok(Self::Orientation),
+            "effort" => Ok(Self::Effort),
             "limits" => Ok(Self::Limits),
             "penetration" => Ok(Self::Penetration),
             _ => Err(Error::UnknownName { what: "cue", name: name.into(), known }),
@@ -142,12 +146,14 @@ pub struct BodyMethod {
     pub keypoints: KeypointLook,
     /// How many times the spread that it says an orientation has.
     pub orientation_inflation: f64,
+    /// Log-likelihood lost by an upper arm that is held out level.
+    pub effort_loss: f64,
     /// What the estimate adds to the joints' depth.
     pub unseen: Unseen,
 }
 
 /// What a body can do at all, whatever is seen.
-const BOUNDS: [CueName; 2] = [CueName::Limits, CueName::Penetration];
+const BOUNDS: [CueName; 3] = [CueName::Effort, CueName::Limits, CueName::Penetration];
 
 /// What a frame shows to one filter.
 pub(super) struct Frame<'a> {
@@ -190,7 +196,7 @@ impl BodyMethod {
                 return Err(Error::UnknownName {
                     what: "list of cues that are rescaled",
                     name: format!("{:?}", self.cues).to_lowercase(),
-                    known: "edges, blobs, and of limits and penetration what is wanted",
+                    known: "edges, blobs, and of effort, limits and penetration what is wanted",
                 });
             }
         }
@@ -204,6 +210,7 @@ impl BodyMethod {
         require(positive(self.gate_m), "gate_m", self.gate_m, "a positive length in metres")?;
         require(zero_or_more(self.skin_loss), "skin_loss", self.skin_loss, "0 or more")?;
         require(zero_or_more(self.foreground_loss), "foreground_loss", self.foreground_loss, "0 or more")?;
+        require(zero_or_more(self.effort_loss), "effort_loss", self.effort_loss, "0 or more")?;
         require(positive(self.region_reach_m), "region_reach_m", self.region_reach_m, "a positive length in metres")?;
         let KeypointLook { inflation, reach } = self.keypoints;
         require(positive(inflation), "keypoint_inflation", inflation, "a positive number")?;
@@ -281,6 +288,7 @@ impl BodyMethod {
                 let (orientations, inflation) = (frame.orientations, self.orientation_inflation);
                 Box::new(OrientationDistance { orientations, groups, inflation })
             }
+            CueName::Effort => Box::new(Effort { groups, loss: self.effort_loss }),
             CueName::Limits => Box::new(Limits),
             CueName::Penetration => Box::new(Penetration),
         })

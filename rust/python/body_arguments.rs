@@ -64,6 +64,7 @@ struct MethodArgument {
     keypoint_inflation: f64,
     keypoint_reach: f64,
     orientation_inflation: f64,
+    effort_loss: f64,
     edge_loss: f64,
 }
 
@@ -119,6 +120,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         region_reach_m: m.region_reach_m,
         keypoints: KeypointLook { inflation: m.keypoint_inflation, reach: m.keypoint_reach },
         orientation_inflation: m.orientation_inflation,
+        effort_loss: m.effort_loss,
         unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
     };
     method.check()?;

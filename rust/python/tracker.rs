@@ -149,12 +149,16 @@ impl Tracker {
     /// `InputError`.
     fn pose<'py>(&self, py: Python<'py>, states: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let view = states.as_array();
-        let (rows, columns): (Vec<f64>, _) = (view.iter().copied().collect(), view.ncols());
-        let places = compute(py, None, || self.0.pose(&ParticleSet::from_rows(columns, &rows)?))?;
-        let (out, rows, width) = (PyDict::new(py), places.rows(), places.dim());
+        let given = view.as_slice().map_or_else(|| view.iter().copied().collect(), <[f64]>::to_vec);
+        let places = compute(py, None, || self.0.pose(&ParticleSet::from_rows(view.ncols(), &given)?))?;
+        let out = PyDict::new(py);
         for (p, name) in self.0.places().into_iter().enumerate() {
-            let points = rows.chunks(width).flat_map(|row| row[3 * p..3 * p + 3].iter().copied());
-            out.set_item(name, PyArray1::from_iter(py, points).reshape([places.len(), 3])?)?;
+            let mut points = Vec::with_capacity(3 * places.len());
+            for block in places.blocks() {
+                let [x, y, z] = block.columns::<3>(3 * p);
+                points.extend((0..block.len()).flat_map(|i| [x[i], y[i], z[i]]));
+            }
+            out.set_item(name, PyArray1::from_vec(py, points).reshape([places.len(), 3])?)?;
         }
         Ok(out)
     }

@@ -1,0 +1,34 @@
+//! Upper arms against gravity: of two ways to look alike, the one that holds the arm lower is the likelier.
+//!
+//! Not in the paper. One camera hardly tells whether a limb leans towards it or away, and joints that bend one way only make
+//! the mean lean forwards. People let their upper arms hang where nothing asks for more: the loss is in proportion to how
+//! high an elbow is held above where it would hang, as is the work that was done to lift it.
+
+use super::super::figure::Group;
+use super::{Cue, Posed};
+
+/// Shoulder and elbow of either arm among the points of the figure.
+const ARMS: [(Group, usize, usize); 2] = [(Group::LeftArm, 2, 4), (Group::RightArm, 3, 5)];
+
+/// What the arms of some groups lose.
+pub struct Effort<'a> {
+    /// Groups whose arms count.
+    pub groups: &'a [Group],
+    /// Log-likelihood lost by an upper arm that is held out level.
+    pub loss: f64,
+}
+
+impl Cue for Effort<'_> {
+    fn score(&self, posed: &Posed<'_>, out: &mut [f64]) {
+        out.fill(0.0);
+        for (_, shoulder, elbow) in ARMS.into_iter().filter(|(group, ..)| self.groups.contains(group)) {
+            for (i, out) in out.iter_mut().enumerate() {
+                let (near, far) = (posed.at(i, shoulder), posed.at(i, elbow));
+                let reach = [0, 1, 2].map(|d| far[d] - near[d]);
+                let length = reach.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
+                // y is up: nothing where it hangs, all where it is level, twice as much overhead.
+                *out += self.loss * (1.0 + reach[1] / length);
+            }
+        }
+    }
+}
