@@ -210,6 +210,57 @@ def with_keypoints(folder: Path, table: Path, to: Path) -> pt.BodyRecording:
     return load(to)
 
 
+def alone(folder: Path, to: Path, size: str, rate_hz: float) -> Path:
+    """The same folder with its keypoints, and no video."""
+    shutil.copytree(folder, to, ignore=shutil.ignore_patterns("*.mp4", "*.png"))
+    lines = (to / "recording.toml").read_text("utf-8").splitlines()
+    kept = [line for line in lines if not line.startswith(("video", "background"))]
+    kept.insert(kept.index("[[camera]]") + 1, f"size_px = {size}\nrate_hz = {rate_hz}")
+    (to / "recording.toml").write_text("\n".join(kept) + "\n", "utf-8")
+    return to
+
+
+def test_keypoints_alone_are_tracked(sensed: Path, tmp_path: Path) -> None:
+    folder = alone(sensed, tmp_path / "alone", "[320, 240]", 30.0)
+    recording = without(load(folder), imus=2)
+    assert recording.view.video is None
+    track = pt.track(recording, pt.Partitioned(), 1)
+    assert len(track.time_s) == len(pt.track(without(load(sensed)), pt.Partitioned(particles=20)).time_s)
+    assert track.valid.mean() > 0.95
+    off = pt.evaluate(track, recording.truth).joints
+    assert np.mean([off[joint].average_m for joint in WRISTS]) < 0.2
+    out = pt.write_report([track], tmp_path / "report")
+    page = (out / "index.html").read_text("utf-8")
+    assert "There was no video, only keypoints of one." in page
+    assert not (out / "overlay.mp4").exists()
+    assert pt.doubts(track) == ()
+    assert pt.record_cycle(recording, pt.Partitioned(), 1, frame=40).frame == 40
+    with pytest.raises(pt.InputError, match="BodyPlain weighs by edges, blobs and the recording has keypoints alone"):
+        pt.track(recording, pt.BodyPlain())
+    with pytest.raises(pt.InputError, match="BodyPlain weighs by"):
+        pt.record_cycle(recording, pt.BodyPlain(), 1, frame=40)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("rate_hz = 30.0\n", "", "camera[0].rate_hz is missing, expected it where there is no video"),
+        ("size_px = [320, 240]\n", "", "camera[0].size_px is missing"),
+        ("keypoints", "# keypoints", "camera[0] has neither, expected video or keypoints"),
+        ("size_px = [320, 240]", "size_px = [100, 80]", "of the keypoints lie outside the 100 x 80 px"),
+        ("rate_hz", 'background = "b.png"\nrate_hz', "camera[0].background goes with a video"),
+    ],
+)
+def test_what_keypoints_alone_need_is_named(sensed: Path, tmp_path: Path, old: str, new: str, expected: str) -> None:
+    path = alone(sensed, tmp_path / "alone", "[320, 240]", 30.0) / "recording.toml"
+    text = path.read_text("utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), "utf-8")
+    with pytest.raises(pt.InputError) as error:
+        pt.load(path.parent)
+    assert expected in str(error.value)
+
+
 def test_people_with_a_detectors_keypoints(shared: Callable[[str], Path], tmp_path: Path) -> None:
     """Real people, nothing tuned on these clips, three seeds.
 
@@ -275,3 +326,19 @@ def test_another_renderers_body_with_keypoints_and_forearms(shared: Callable[[st
     keypoints, forearms = np.mean(found, axis=0)
     assert keypoints < 0.095
     assert forearms < 0.06
+
+
+def test_people_by_keypoints_alone(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """Real people, nothing tuned on these clips, and no picture of them."""
+    wrists = []
+    for number in KEPT_BACK:
+        folder = shared(f"recordings/people-gesture-{number}")
+        table = next(shared("data/people/gestures").glob(f"0_1_{number}_*mediapipe*"))
+        with_keypoints(folder, table, tmp_path / number)
+        recording = load(alone(tmp_path / number, tmp_path / f"{number}-alone", "[270, 480]", 60.0))
+        joints = {name: rows.mean for name, rows in pt.track(recording, pt.Partitioned(), 1).joints.items()}
+        wrists.append(errors(recording, folder, joints, WRISTS))
+    off, across = np.concatenate(wrists, axis=1)
+    assert np.median(off) < 0.08
+    assert np.median(across) < 0.035
+    assert (across > 0.20).mean() < 0.01

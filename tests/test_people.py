@@ -87,6 +87,7 @@ def test_frames_are_valid_while_the_track_is_right(tracked: list[tuple[Path, Bod
 def test_a_pose_beside_the_person_is_told(body: pt.BodyRecording) -> None:
     """Joints a quarter of a metre beside where they are."""
     assert body.view.background is not None
+    assert body.view.video is not None
     root = body.skeleton.joints(body.initial[None])["root"]
     silhouette = Silhouette(read_background(body.view.background), float(body.view.camera.px_per_m(root)[0]))
     joints = {name: rows[0] for name, rows in body.skeleton.joints(body.initial[None]).items()}

@@ -296,6 +296,7 @@ def test_a_persons_first_pose_is_found_from_a_detectors_keypoints(clip: str) -> 
     assert isinstance(recording, pt.BodyRecording)
     file = next((PEOPLE / "data" / "people" / "gestures").glob(f"*_{clip}_*mediapipe*.csv"))
     video = recording.view.video
+    assert video is not None
     points = load_keypoints(file, "auto", video, probe(video)).points[0, 0]
     found = first_pose(recording.skeleton, recording.view.camera, points)
     assert found.fits

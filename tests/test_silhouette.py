@@ -128,6 +128,8 @@ def test_blobs_of_a_simulated_person_are_its_hands_and_head(tmp_path: Path, clot
     body = pt.load(pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=2.0, clothes=clothes), seed=11))
     assert isinstance(body, pt.BodyRecording)
     extract = senses_of(body).silhouette
+    assert extract is not None
+    assert body.view.video is not None
     near = []
     for frame in frames(body.view.video):
         k = int(np.argmin(np.abs(body.truth.time_s - frame.time_s))) if body.truth is not None else 0

@@ -6,12 +6,14 @@ to frame: their second difference, whose spread is the square root of 6 times th
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from pytracker.formats.keypoints import Keypoints
 from pytracker.rotation import Array
 
-__all__ = ["with_spreads"]
+__all__ = ["PointsEvidence", "with_spreads"]
 
 LEAST_PX = 0.5
 """No detector is better."""
@@ -20,6 +22,25 @@ WORST_SHARE = 0.05
 EDGES = (0.0, 0.3, 0.5, 0.7, 0.9, np.inf)
 """Confidences between which points are taken to be alike."""
 ENOUGH = 30
+
+
+@dataclass(frozen=True, eq=False)
+class PointsEvidence:
+    """What is known of a frame of which there is no picture.
+
+    Attributes:
+        keypoints: as of `pytracker.evidence.BodyEvidence`; None where a detector found nobody.
+        edges: none.
+        blobs: none `(0, 2)`.
+        skin_region: none.
+        foreground_region: none.
+    """
+
+    keypoints: Array | None
+    edges: None = None
+    blobs: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    skin_region: None = None
+    foreground_region: None = None
 
 
 def with_spreads(keypoints: Keypoints) -> Array:

@@ -90,16 +90,26 @@ def _worn(imu: Imu, sd_rad: float) -> Iterator[Observation]:
         yield Observation.orientation(time_s, imu.segment, q, sd_rad, roll_sd, k)
 
 
+def _pictures(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
+    """Frame by frame what the video shows, or what a detector found in one that is not there."""
+    view = recording.view
+    if view.video is not None:
+        for frame in frames(view.video):
+            yield Observation.picture(frame.time_s + view.start_s, senses(frame), frame.index)
+        return
+    assert view.keypoints is not None
+    first, last = int(view.keypoints.frames[0]), int(view.keypoints.frames[-1])
+    for k in range(last - first + 1):
+        yield Observation.picture(view.start_s + k / view.rate_hz, senses.without_picture(first + k), k)
+
+
 def _ahead(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
     """Every frame, one ahead of whoever asks: decoding and OpenCV let the interpreter go."""
-    source = frames(recording.view.video)
+    source = _pictures(recording, senses)
 
     def work() -> Observation | None:
         at = time.perf_counter()
-        frame = next(source, None)
-        found = None
-        if frame is not None:
-            found = Observation.picture(frame.time_s + recording.view.start_s, senses(frame), frame.index)
+        found = next(source, None)
         senses.run_s += time.perf_counter() - at
         return found
 

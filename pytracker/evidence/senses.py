@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from pytracker.evidence.keypoints import with_spreads
+from pytracker.evidence.keypoints import PointsEvidence, with_spreads
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import BodyRecording
@@ -16,8 +16,8 @@ __all__ = ["Senses", "senses_of"]
 class Senses:
     """Frame by frame, in the order of the video or not."""
 
-    def __init__(self, recording: BodyRecording, silhouette: Silhouette) -> None:
-        """Of a recording, whose pictures `silhouette` reads; `run_s` adds up the time that it takes, with decoding."""
+    def __init__(self, recording: BodyRecording, silhouette: Silhouette | None) -> None:
+        """Of a recording, whose pictures, if any, `silhouette` reads; `run_s` adds up the time of that."""
         view = recording.view
         self.silhouette = silhouette
         self.run_s = 0.0
@@ -28,12 +28,19 @@ class Senses:
 
     def __call__(self, frame: Frame) -> BodyEvidence:
         """What is known of it. Raises `InputError` for another size than the background's."""
+        assert self.silhouette is not None
         return dataclasses.replace(self.silhouette(frame.image), keypoints=self._keypoints.get(frame.index))
+
+    def without_picture(self, index: int) -> PointsEvidence:
+        """What is known of the frame of that number where there are keypoints alone."""
+        return PointsEvidence(self._keypoints.get(index))
 
 
 def senses_of(recording: BodyRecording) -> Senses:
     """The senses of this recording; without a background it takes the median over the video."""
     view = recording.view
+    if view.video is None:
+        return Senses(recording, None)
     root = recording.skeleton.joints(recording.initial[None])["root"]
     background = read_background(view.background) if view.background else median_background(frames(view.video))
     return Senses(recording, Silhouette(background, float(view.camera.px_per_m(root)[0])))

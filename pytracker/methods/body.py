@@ -42,7 +42,8 @@ class BodyMethod(Method):
             found again; 0 is the paper.
         cues: what layers weigh by, where a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue),
             `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `effort` (upper
-            arms against gravity), `limits` (of joints, softly), `penetration` (elbows and hands inside the torso, paper IV-C1).
+            arms against gravity), `limits` (of joints, softly), `penetration` (elbows and hands inside the torso,
+            paper IV-C1).
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
             it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
@@ -56,8 +57,8 @@ class BodyMethod(Method):
         keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
         keypoint_reach: beyond about so many standard deviations a keypoint says nothing more.
         orientation_inflation: how many times its spread the orientation of a sensor has.
-        effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where it
-            hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
+        effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where
+            it hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
         edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """

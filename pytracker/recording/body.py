@@ -51,12 +51,12 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
-    if view.keypoints is not None and camera_entry.keypoints is not None:
+    if view.keypoints is not None and camera_entry.keypoints is not None and view.video is not None:
         warnings += uncovered(folder / camera_entry.keypoints, view.keypoints, video.probe(view.video))
     imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
     warnings += said
     if truth is not None:
-        warnings += _uncovered(folder / camera_entry.video, view, truth)
+        warnings += _uncovered(view, truth)
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
     names += [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
     names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
@@ -116,8 +116,7 @@ def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
         camera = _affine(path, entry.affine)
     else:
         camera = _pinhole(path, entry)
-    file = folder / entry.video
-    info = video.probe(file)
+    file, info = _frames_of(folder, path, entry)
     background = folder / entry.background if entry.background else None
     if background is not None:
         size = video.probe(background)
@@ -129,8 +128,29 @@ def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
     if entry.keypoints is not None:
         keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, info)
     return BodyView(
-        camera=camera, video=file, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints
-    )
+        camera=camera, video=None if entry.video is None else file, size_px=(info.width, info.height),
+        rate_hz=entry.rate_hz or 0.0, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints,
+    )  # fmt: skip
+
+
+def _frames_of(folder: Path, path: Path, entry: BodyCameraEntry) -> tuple[Path, video.VideoInfo]:
+    """The video, or the keypoints that stand for it; and how large its frames are. Raises `InputError`."""
+    alone = {name: getattr(entry, name) for name in ("size_px", "rate_hz")}
+    if entry.video is not None:
+        idle = [name for name, value in alone.items() if value is not None]
+        if idle:
+            raise InputError(f"{path}: camera[0].{idle[0]} goes with keypoints alone, a video has its own")
+        return folder / entry.video, video.probe(folder / entry.video)
+    if entry.keypoints is None:
+        raise InputError(f"{path}: camera[0] has neither, expected video or keypoints")
+    missing = [name for name, value in alone.items() if value is None]
+    if missing:
+        raise InputError(f"{path}: camera[0].{missing[0]} is missing, expected it where there is no video")
+    if entry.background is not None:
+        raise InputError(f"{path}: camera[0].background goes with a video")
+    assert entry.size_px is not None
+    assert entry.rate_hz is not None
+    return folder / entry.keypoints, video.VideoInfo(*entry.size_px, 0, entry.rate_hz)
 
 
 def _imus(
@@ -219,10 +239,14 @@ def _truth(
     return truth, motion.poses, (*motion.warnings, *warnings)
 
 
-def _uncovered(file: Path, view: BodyView, truth: Truth) -> tuple[str, ...]:
-    """A word where the truth covers only a part of the video."""
-    info = video.probe(file)
-    end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+def _uncovered(view: BodyView, truth: Truth) -> tuple[str, ...]:
+    """A word where the truth covers only a part of the frames."""
+    if view.video is not None:
+        info, file = video.probe(view.video), view.video
+        end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+    else:
+        assert view.keypoints is not None
+        file, end = Path("keypoints"), view.start_s + (np.ptp(view.keypoints.frames) + 1) / view.rate_hz
     if truth.time_s[-1] >= end - SLACK_S:
         return ()
     return (
@@ -285,7 +309,7 @@ def _angles(file: Path, skeleton: Skeleton) -> Array:
 
 def _check_in_view(path: Path, skeleton: Skeleton, initial: Array, view: BodyView) -> None:
     """The first pose must be in the picture."""
-    info = video.probe(view.video)
+    width, height = view.size_px
     joints = skeleton.joints(initial[None])
     pixels = view.camera.project(np.concatenate([joints["root"], joints["head"]]))
     apart = float(np.linalg.norm(pixels[1] - pixels[0]))
@@ -295,8 +319,8 @@ def _check_in_view(path: Path, skeleton: Skeleton, initial: Array, view: BodyVie
             "check the units of the camera and of its points (metres, pixels)"
         )
     for name, (u, v) in zip(("root", "head"), pixels, strict=True):
-        if not (-0.5 * info.width <= u <= 1.5 * info.width and -0.5 * info.height <= v <= 1.5 * info.height):
+        if not (-0.5 * width <= u <= 1.5 * width and -0.5 * height <= v <= 1.5 * height):
             raise InputError(
                 f"{path}: at the first frame the {name} is seen at ({u:.4g}, {v:.4g}) px, expected in or near the "
-                f"{info.width} x {info.height} px of {view.video}: check camera, skeleton and first pose"
+                f"{width} x {height} px of {view.video or 'the keypoints'}: check camera, skeleton and first pose"
             )

@@ -230,7 +230,9 @@ class BodyView:
 
     Attributes:
         camera: weak perspective or a calibrated pinhole.
-        video: the file.
+        video: the file; None where there are keypoints alone.
+        size_px: width and height of its picture.
+        rate_hz: frames a second, where there are keypoints alone; a video has its frames' own times.
         start_s: recording time of the first frame, s.
         background: an image without the person; None: the median over the video.
         fit: where the camera was fitted to point pairs.
@@ -238,7 +240,9 @@ class BodyView:
     """
 
     camera: WeakPerspective | Camera
-    video: Path
+    video: Path | None = None
+    size_px: tuple[int, int] = (0, 0)
+    rate_hz: float = 0.0
     start_s: float = 0.0
     background: Path | None = None
     fit: ProjectionFit | None = None

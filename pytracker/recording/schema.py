@@ -112,9 +112,11 @@ class TruthEntry(Entry):
 
 
 class BodyCameraEntry(Entry):
-    """`[[camera]]` of a body: a video, and a pinhole, a weak-perspective matrix, or point pairs to fit one from."""
+    """`[[camera]]` of a body: a video or keypoints alone; a pinhole, weak perspective, or point pairs to fit it."""
 
-    video: str
+    video: str | None = None
+    size_px: tuple[Whole, Whole] | None = None
+    rate_hz: Positive | None = None
     start_s: Finite = 0.0
     background: str | None = None
     keypoints: str | None = None

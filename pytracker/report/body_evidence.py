@@ -18,8 +18,11 @@ __all__ = ["evidence_pictures"]
 
 def evidence_pictures(track: BodyTrack, index: int) -> tuple[Image, bytes, bytes]:
     """Frame `index`; foreground in grey and in colour (Fig. 3); edges and skin (Fig. 4)."""
-    image = next(frame.image for frame in frames(track.recording.view.video) if frame.index == index)
+    view = track.recording.view
+    assert view.video is not None
+    image = next(frame.image for frame in frames(view.video) if frame.index == index)
     extract = senses_of(track.recording).silhouette
+    assert extract is not None
     grey = Silhouette(
         extract.background, extract.px2_per_m2**0.5, dataclasses.replace(extract.parameters, colour=False)
     )

@@ -25,6 +25,8 @@ LEGS = ("femur", "tibia", "foot", "toes", "hipjoint", "fingers", "thumb")
 def write_body_overlay(path: Path, track: BodyTrack, stop: Event) -> bool:
     """Write it, until `stop` is set. Raises as `write_overlay`."""
     view = track.recording.view
+    if view.video is None:
+        return False
     return write_overlay(
         path, view.video, view.start_s, track.time_s, track.time_s, lambda i, row: draw_body(i, track, row), stop
     )

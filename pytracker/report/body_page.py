@@ -18,7 +18,7 @@ from pytracker.tracking.body import BodyTrack
 __all__ = ["render_body_page"]
 
 
-def render_body_page(tracks: Sequence[BodyTrack], contents: Contents) -> str:
+def render_body_page(tracks: Sequence[BodyTrack], contents: Contents, *, has_overlay: bool) -> str:
     """The page as text."""
     labels, scores = contents.labels, contents.scores
     main, truth = tracks[0], tracks[0].recording.truth
@@ -28,7 +28,7 @@ def render_body_page(tracks: Sequence[BodyTrack], contents: Contents) -> str:
         title="Body track",
         summary=_summary(main, labels[0], scores[0]),
         figures=_figures(tracks, labels, scores),
-        has_overlay=True,
+        has_overlay=has_overlay,
         joints=[joint for joint in KEY_JOINTS if scores[0] is None or joint in scores[0].joints],
         fit=main.recording.view.fit,
         speeds=error_by_speed(main, truth) if truth is not None and scores[0] is not None else [],
@@ -41,15 +41,19 @@ def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
     band = np.nanmean(
         [(track.joints[j].hi - track.joints[j].lo) / 2 for j in ("left_wrist", "right_wrist")], axis=(0, 1)
     )
+    alone = track.recording.view.video is None
+    skin = (
+        f"Skin was found for the head in {seen[0]:.0f} %, the left hand in {seen[1]:.0f} % and the right hand in "
+        f"{seen[2]:.0f} % of the frames."
+    )
     words = (
         f"The upper body was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera "
-        f"frames) by “{label}”. Skin was found for the head in {seen[0]:.0f} %, the left hand in {seen[1]:.0f} % and "
-        f"the right hand in {seen[2]:.0f} % of the frames. The tracker states its own uncertainty of the wrists as a "
-        f"95 % band of on average ±{100 * band[0]:.1f} cm sideways, ±{100 * band[1]:.1f} cm in height and "
-        f"±{100 * band[2]:.1f} cm in depth, which a single camera does not see."
+        f"frames) by “{label}”. {'There was no video, only keypoints of one.' if alone else skin} The tracker "
+        f"states its own uncertainty of the wrists as a 95 % band of on average ±{100 * band[0]:.1f} cm sideways, "
+        f"±{100 * band[1]:.1f} cm in height and ±{100 * band[2]:.1f} cm in depth, which a single camera does not see."
     )
     besides = _besides(track)
-    if besides:
+    if besides and not alone:
         words += f" {besides} told besides where the arms are."
     if scores is not None:
         words += (
@@ -71,7 +75,6 @@ def _besides(track: BodyTrack) -> str:
 
 def _figures(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequence[Scores | None]) -> list[PageFigure]:
     main = tracks[0]
-    image, foreground, cues = evidence_pictures(main, len(main.time_s) // 2)
     made: list[tuple[str, str, str | bytes]] = []
     known = [score for score in scores if score is not None]
     if len(known) == len(scores):
@@ -93,12 +96,16 @@ def _figures(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequenc
             f"Every tracked angle over time with the 95 % band of {labels[0]}",
             figures.angles(main, labels[0]),
         ),
-        ("Foreground", "A frame; its foreground from grey; its foreground from colour", foreground),
-        ("Edges and skin", "The same frame; its edges within the foreground; its skin", cues),
     ]
-    if main.recording.view.fit is not None:
-        alt = "Points that the projection was fitted to, as given and as projected"
-        made.append(("Projection", alt, figures.projection(main.recording.view.fit, image)))
+    if main.recording.view.video is not None:
+        image, foreground, cues = evidence_pictures(main, len(main.time_s) // 2)
+        made += [
+            ("Foreground", "A frame; its foreground from grey; its foreground from colour", foreground),
+            ("Edges and skin", "The same frame; its edges within the foreground; its skin", cues),
+        ]
+        if main.recording.view.fit is not None:
+            alt = "Points that the projection was fitted to, as given and as projected"
+            made.append(("Projection", alt, figures.projection(main.recording.view.fit, image)))
     alt = "Effective sample size over time as a share of the particles"
     made.append(("Effective sample size", alt, sample_size(tracks, labels)))
     return [embedded(title, alt, picture) for title, alt, picture in made]

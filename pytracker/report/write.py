@@ -76,7 +76,8 @@ def _write_page(out: Path, contents: Contents, progress: Progress | None) -> Non
                 page = render_arm_page(arms, contents, has_overlay=has_overlay)
             else:
                 overlay = pool.submit(write_body_overlay, out / "overlay.mp4", bodies[0], stop)
-                page = render_body_page(bodies, contents)
+                has_overlay = bodies[0].recording.view.video is not None
+                page = render_body_page(bodies, contents, has_overlay=has_overlay)
             (out / "index.html").write_text(page, "utf-8")
             overlay.result()
         except BaseException:

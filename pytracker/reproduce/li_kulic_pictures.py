@@ -43,6 +43,7 @@ def projection(recording: BodyRecording, example: BodyTrack) -> Section:
         for k, row in enumerate("uv")
         for name, values in goodness.items()
     ]
+    assert recording.view.video is not None
     image = next(frame.image for frame in frames(recording.view.video) if frame.index == len(example.time_s) // 2)
     return Section(
         "projection",
@@ -109,6 +110,7 @@ def frames_shown(example: BodyTrack) -> Section:
     """Fig. 9."""
     step = max(1, len(example.time_s) // FRAMES_OF_FIG_9)
     chosen = set(range(step // 2, len(example.time_s), step))
+    assert example.recording.view.video is not None
     images = [
         draw_body(frame.image, example, frame.index)
         for frame in frames(example.recording.view.video)

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from pytracker._core import KEY_JOINTS, Observation, Tracker, TrackingError
+from pytracker._core import KEY_JOINTS, InputError, Observation, Tracker, TrackingError
 from pytracker.evidence.borne_out import BorneOut, head_off
+from pytracker.evidence.keypoints import PointsEvidence
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress
 from pytracker.evidence.silhouette import BodyEvidence
@@ -62,10 +63,14 @@ class _Watched:
         self.borne_out = BorneOut(self.camera)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
+        self.found: list[bool] = []
         self._frames = 0
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
         evidence = observation.evidence
+        if isinstance(evidence, PointsEvidence):
+            self.found.append(evidence.keypoints is not None and bool(np.isfinite(evidence.keypoints).any()))
+            return
         if self._frames == 0:
             self.head_off_m = head_off(self.camera, self._first, evidence)
         means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
@@ -94,6 +99,7 @@ def track_body(
     threads: int | None = None,
 ) -> BodyTrack:
     """Track a body: see `pytracker.track`."""
+    check_cues(recording, method)
     began = time.perf_counter()
     senses = senses_of(recording)
     background_s = time.perf_counter() - began
@@ -108,6 +114,25 @@ def track_body(
     return track
 
 
+def check_cues(recording: BodyRecording, method: BodyMethod) -> None:
+    """Raise `InputError` where the recording has nothing that the method weighs by."""
+    if recording.view.video is None and "keypoints" not in method.cues:
+        raise InputError(
+            f"{type(method).__name__} weighs by {', '.join(method.cues)} and the recording has keypoints alone, "
+            "expected a video, or a method with keypoints among its cues"
+        )
+
+
+def _reasons(method: BodyMethod, watched: _Watched, blobs: Array) -> list[str]:
+    """Why a frame that was tracked is not to be believed; empty where it is."""
+    if watched.found:
+        return ["" if found else "no keypoints" for found in watched.found]
+    # A paper's filter sees blobs and nothing else of the skin.
+    seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)) | (method.skin_loss > 0.0))
+    reasons = ["" if any_blob else "no skin blob" for any_blob in seen]
+    return [words or reason for words, reason in zip(watched.borne_out.reasons(), reasons, strict=True)]
+
+
 def _assemble(
     recording: BodyRecording,
     method: BodyMethod,
@@ -119,13 +144,8 @@ def _assemble(
 ) -> BodyTrack:
     """Rows for every frame: those that were not tracked hold NaN and a reason."""
     angles, blobs = found.rows(found.table["state"]), found.rows(found.table["blobs"])
-    seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)))
-    # A paper's filter sees blobs and nothing else of the skin.
-    needs_blobs = method.skin_loss == 0.0
-    reason = ["no skin blob" if needs_blobs and not any_blob else "" for any_blob in seen]
-    for k, words in enumerate(watched.borne_out.reasons()):
-        reason[k] = words or reason[k]
-    reason[found.tracked :] = ["the track was lost before"] * (found.count - found.tracked)
+    lost = ["the track was lost before"] * (found.count - found.tracked)
+    reason = _reasons(method, watched, blobs[: found.tracked]) + lost
     return BodyTrack(
         method=method,
         recording=recording,

@@ -17,8 +17,9 @@ from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.methods.arm import ParticleMethod
 from pytracker.methods.body import BodyMethod
 from pytracker.methods.method import Method
-from pytracker.recording.recording import Recording
+from pytracker.recording.recording import BodyRecording, Recording
 from pytracker.rotation import Array
+from pytracker.tracking.body import check_cues
 
 __all__ = ["Cloud", "Cycle", "CycleLayer", "record_cycle"]
 
@@ -106,6 +107,8 @@ def record_cycle(
     tracker = Tracker(recording, method, seed)
     if not isinstance(method, ParticleMethod | BodyMethod):
         raise InputError(f"{type(method).__name__} has no particles, expected a particle method")
+    if isinstance(recording, BodyRecording) and isinstance(method, BodyMethod):
+        check_cues(recording, method)
     evidence = read_evidence(recording, progress) if sightings is None else sightings
     observed = _up_to(frame, tracker, recording.observations(evidence), progress)
     states, weights = tracker.particles, tracker.weights

@@ -169,6 +169,8 @@ def where_of(recording: Recording) -> str:
 
 
 def _of_body(track: BodyTrack) -> tuple[str, ...]:
+    if not len(track.on_person):
+        return ()  # keypoints alone
     where = where_of(track.recording)
     first, all_frames = track.on_person[0], float(np.mean(track.on_person))
     least = f"expected {LEAST_ON_PERSON:.0%} at least"

@@ -266,7 +266,7 @@ impl BodyMethod {
         Some(match name {
             CueName::Edges => {
                 let loss = if is_rescaled { 1.0 } else { self.edge_loss };
-                Box::new(Outline { edges: &picture.edges, groups, loss })
+                Box::new(Outline { edges: picture.edges.as_ref()?, groups, loss })
             }
             CueName::Blobs => {
                 let spread = Scale::Spread { sd_m: self.blob_sd_m, reach: self.blob_reach };

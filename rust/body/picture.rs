@@ -12,8 +12,8 @@ const MOST_PX: f64 = 1e6;
 /// What a camera shows of a body at one frame, and what a detector found in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Detected edges.
-    pub edges: EdgeImage,
+    /// Detected edges, where there is an image.
+    pub edges: Option<EdgeImage>,
     /// Centres of skin-coloured blobs, px, in no order.
     pub blobs: Vec<[f64; 2]>,
     /// Skin as a region, where it is given.
@@ -27,7 +27,7 @@ pub struct Picture {
 impl Picture {
     /// Edges, and nothing else yet.
     pub fn new(edges: EdgeImage) -> Self {
-        Self { edges, blobs: Vec::new(), skin: None, foreground: None, keypoints: Vec::new() }
+        Self { edges: Some(edges), blobs: Vec::new(), skin: None, foreground: None, keypoints: Vec::new() }
     }
 
     /// Check every number.

@@ -16,7 +16,7 @@ type RegionArgument<'py> = (PyReadonlyArray2<'py, f32>, PyReadonlyArray2<'py, f6
 
 #[derive(FromPyObject)]
 struct EvidenceArgument<'py> {
-    edges: PyReadonlyArray2<'py, u8>,
+    edges: Option<PyReadonlyArray2<'py, u8>>,
     blobs: PyReadonlyArray2<'py, f64>,
     skin_region: Option<RegionArgument<'py>>,
     foreground_region: Option<RegionArgument<'py>>,
@@ -26,7 +26,7 @@ struct EvidenceArgument<'py> {
 pub fn extract_evidence(evidence: &Bound<'_, PyAny>) -> PyResult<Picture> {
     let e: EvidenceArgument<'_> = evidence.extract()?;
     Ok(Picture {
-        edges: image(&e.edges)?,
+        edges: e.edges.as_ref().map(image).transpose()?,
         blobs: rows("blobs", &e.blobs)?,
         skin: e.skin_region.map(region).transpose()?,
         foreground: e.foreground_region.map(region).transpose()?,
