@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.methods.method import Method
-from pytracker.recording.recording import Camera, Recording
+from pytracker.recording.camera import Camera
+from pytracker.recording.recording import Recording
 from pytracker.skeleton.skeleton import Bone
 from pytracker.tracking.tracks import Track
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.evidence.silhouette import BodyEvidence
-from pytracker.recording.recording import Camera, WeakPerspective
+from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
 __all__ = ["BorneOut", "head_off"]

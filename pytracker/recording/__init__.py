@@ -3,7 +3,8 @@
 | file | what |
 |---|---|
 | `recording` | what a recording holds, in SI units, world coordinates and recording time |
-| `load` | a folder to a recording: `arm`, `body` by its kind; `imu`, `keypoints`, `truth` by entry |
+| `load` | a folder to a recording: `arm`, `body` by its kind; `body_view`, `imu`, `keypoints`, `truth` by entry |
+| `camera` | pinhole and weak perspective |
 | `schema` | what `recording.toml` may hold |
 | `worn` | how a sensor lies on a body's segment |
 | `projection` | weak perspective from point pairs |
@@ -11,21 +12,10 @@
 
 from __future__ import annotations
 
+from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.recording.load import load
 from pytracker.recording.projection import fit_weak_perspective
-from pytracker.recording.recording import (
-    Arm,
-    ArmRecording,
-    BodyRecording,
-    BodyView,
-    Camera,
-    Imu,
-    ProjectionFit,
-    Recording,
-    Truth,
-    View,
-    WeakPerspective,
-)
+from pytracker.recording.recording import Arm, ArmRecording, BodyRecording, BodyView, Imu, Recording, Truth, View
 
 __all__ = [
     "Arm",

@@ -9,8 +9,9 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
+from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
-from pytracker.recording.recording import Arm, ArmRecording, Camera, Imu, Truth, View
+from pytracker.recording.recording import Arm, ArmRecording, Imu, Truth, View
 from pytracker.recording.schema import ArmEntry, ArmFile, CameraEntry, TruthEntry
 from pytracker.recording.truth import load_points
 from pytracker.rotation import Array, Triple, rotate, triple

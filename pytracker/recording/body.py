@@ -9,24 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
-from pytracker._core import KEY_JOINTS, InputError, check_camera
+from pytracker._core import KEY_JOINTS, InputError
 from pytracker.formats import video
 from pytracker.formats.amc import read_amc
 from pytracker.formats.asf import read_asf
-from pytracker.formats.points import read_points
 from pytracker.formats.toml_file import parse_toml
+from pytracker.recording.body_view import view_of
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import files_of, load_keypoints, uncovered
-from pytracker.recording.projection import camera_of, fit_weak_perspective
-from pytracker.recording.recording import BodyRecording, BodyView, Camera, Imu, ProjectionFit, Truth, WeakPerspective
-from pytracker.recording.schema import BodyCameraEntry, BodyFile, BodyTruthEntry, ImuEntry, InitialEntry, SkeletonEntry
+from pytracker.recording.keypoints import files_of, uncovered
+from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
+from pytracker.recording.schema import BodyFile, BodyTruthEntry, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.truth import POINT_FORMATS, load_points
 from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.rotation import Array
 from pytracker.skeleton.average import average_skeleton
 from pytracker.skeleton.skeleton import UPPER_BODY, Skeleton
 
-__all__ = ["load_body", "skeleton_of", "view_of"]
+__all__ = ["load_body", "skeleton_of"]
 
 SLACK_S = 0.1
 """Truth and video may end this far apart without a word."""
@@ -38,9 +37,6 @@ MOUNT_SD_DEG = 3.0
 """How well a sensor's mount is known where the recording does not say."""
 LEAST_PX = 8.0
 """Root to head must span as much in the first frame; less is a camera in other units."""
-
-POOR_FIT_PX = 15.0
-"""A weak-perspective fit worse than this is no fit."""
 
 
 def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
@@ -88,71 +84,6 @@ def skeleton_of(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleto
     return read_asf(folder / entry.file), (folder / entry.file,)
 
 
-def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
-    """The camera that `entry` says, with its video and keypoints. Raises `InputError`."""
-    given = [name for name in ("points", "affine", "matrix") if getattr(entry, name) is not None]
-    if len(given) != 1:
-        raise InputError(
-            f"{path}: camera[0] has {' and '.join(given) or 'none'}, expected one of points, affine, matrix"
-        )
-    idle = {"distortion", "rotation", "translation_m"} & entry.model_fields_set
-    if idle and entry.matrix is None:
-        raise InputError(f"{path}: camera[0].{sorted(idle)[0]} goes with matrix, not with {given[0]}")
-    fit: ProjectionFit | None = None
-    camera: WeakPerspective | Camera
-    if entry.points is not None:
-        points = read_points(folder / entry.points)
-        try:
-            fit = fit_weak_perspective(*points)
-        except InputError as error:
-            raise InputError(f"{folder / entry.points}: {error}") from None
-        if fit.rmse.max() > POOR_FIT_PX:
-            raise InputError(
-                f"{folder / entry.points}: the points fit weak perspective to {fit.rmse[0]:.1f} and "
-                f"{fit.rmse[1]:.1f} px, expected at most {POOR_FIT_PX:.0f} px: check their order and units"
-            )
-        camera = camera_of(fit)
-    elif entry.affine is not None:
-        camera = _affine(path, entry.affine)
-    else:
-        camera = _pinhole(path, entry)
-    file, info = _frames_of(folder, path, entry)
-    background = folder / entry.background if entry.background else None
-    if background is not None:
-        size = video.probe(background)
-        if (size.width, size.height) != (info.width, info.height):
-            raise InputError(
-                f"{background}: is {size.width} x {size.height} px, expected {info.width} x {info.height} as {file}"
-            )
-    keypoints = None
-    if entry.keypoints is not None:
-        keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, info)
-    return BodyView(
-        camera=camera, video=None if entry.video is None else file, size_px=(info.width, info.height),
-        rate_hz=entry.rate_hz or 0.0, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints,
-    )  # fmt: skip
-
-
-def _frames_of(folder: Path, path: Path, entry: BodyCameraEntry) -> tuple[Path, video.VideoInfo]:
-    """The video, or the keypoints that stand for it; and how large its frames are. Raises `InputError`."""
-    alone = {name: getattr(entry, name) for name in ("size_px", "rate_hz")}
-    if entry.video is not None:
-        idle = [name for name, value in alone.items() if value is not None]
-        if idle:
-            raise InputError(f"{path}: camera[0].{idle[0]} goes with keypoints alone, a video has its own")
-        return folder / entry.video, video.probe(folder / entry.video)
-    if entry.keypoints is None:
-        raise InputError(f"{path}: camera[0] has neither, expected video or keypoints")
-    missing = [name for name, value in alone.items() if value is None]
-    if missing:
-        raise InputError(f"{path}: camera[0].{missing[0]} is missing, expected it where there is no video")
-    if entry.background is not None:
-        raise InputError(f"{path}: camera[0].background goes with a video")
-    assert entry.size_px is not None
-    assert entry.rate_hz is not None
-    return folder / entry.keypoints, video.VideoInfo(*entry.size_px, 0, entry.rate_hz)
-
-
 def _imus(
     folder: Path, path: Path, entries: tuple[ImuEntry, ...], skeleton: Skeleton, initial: Array, first_s: float
 ) -> tuple[tuple[Imu, ...], tuple[str, ...]]:
@@ -174,35 +105,6 @@ def _imus(
         imus.append(dataclasses.replace(imu, q_world_segment=q))
         warnings += said
     return tuple(imus), tuple(warnings)
-
-
-def _affine(path: Path, rows: tuple[tuple[float, ...], tuple[float, ...]]) -> WeakPerspective:
-    """2x3 (x, y, constant) or 2x4 (x, y, z, constant)."""
-    widths = [len(row) for row in rows]
-    if widths not in ([3, 3], [4, 4]):
-        raise InputError(f"{path}: camera[0].affine has rows of {widths} numbers, expected 2 x 3 or 2 x 4")
-    u, v = (row if len(row) == 4 else (row[0], row[1], 0.0, row[2]) for row in rows)
-    a, b = np.array(u[:3]), np.array(v[:3])
-    if not np.linalg.norm(np.cross(a, b)) > 0.1 * np.linalg.norm(a) * np.linalg.norm(b):
-        raise InputError(
-            f"{path}: camera[0].affine is {[list(row) for row in rows]}, expected rows in px/m that are not zero and "
-            "point in different directions"
-        )
-    return WeakPerspective(affine=(u, v))
-
-
-def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
-    if entry.matrix is None or entry.rotation is None or entry.translation_m is None:
-        missing = [name for name in ("rotation", "translation_m") if getattr(entry, name) is None]
-        raise InputError(f"{path}: camera[0].{missing[0]} is missing beside matrix")
-    camera = Camera(
-        matrix=entry.matrix, rotation=entry.rotation, translation_m=entry.translation_m, distortion=entry.distortion
-    )
-    try:
-        check_camera(camera)
-    except InputError as error:
-        raise InputError(f"{path}: camera[0]: {error}") from None
-    return camera
 
 
 def _truth(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording.recording import ProjectionFit, WeakPerspective
+from pytracker.recording.camera import ProjectionFit, WeakPerspective
 from pytracker.rotation import Array
 from pytracker.student import student_975
 

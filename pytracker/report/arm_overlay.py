@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from pytracker.formats.video import Image
-from pytracker.recording.recording import Camera
+from pytracker.recording.camera import Camera
 from pytracker.report.overlay import caption, enlarged, write_overlay
 from pytracker.rotation import Array
 from pytracker.tracking.arm import ArmTrack

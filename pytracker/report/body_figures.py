@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pytracker.formats.video import Image
-from pytracker.recording.recording import ProjectionFit
+from pytracker.recording.camera import ProjectionFit
 from pytracker.report.drawing import COLOURS, STYLE, TRUTH, legend_above, line, shade_lost, svg
 from pytracker.rotation import Array
 from pytracker.scores.evaluate import Scores, average_error

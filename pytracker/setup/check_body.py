@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording.body import skeleton_of, view_of
+from pytracker.recording.body import skeleton_of
+from pytracker.recording.body_view import view_of
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
 from pytracker.rotation import Array

@@ -9,7 +9,7 @@ from pytracker.evidence.camshift import track_patch
 from pytracker.evidence.coloured import Candidate, find_candidates
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.video import frames, probe
-from pytracker.recording.recording import Camera
+from pytracker.recording.camera import Camera
 from pytracker.rotation import Array
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.recording.recording import Camera, WeakPerspective
+from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 from pytracker.skeleton.skeleton import Skeleton
 

@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording.recording import Arm, ArmRecording, Camera, Imu, Truth, View
+from pytracker.recording.camera import Camera
+from pytracker.recording.recording import Arm, ArmRecording, Imu, Truth, View
 from pytracker.rotation import (
     Array,
     Triple,

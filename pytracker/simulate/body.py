@@ -19,7 +19,7 @@ from pytracker.formats.amc import read_amc, write_amc
 from pytracker.formats.asf import read_asf
 from pytracker.formats.video import VideoWriter
 from pytracker.output import whole_folder
-from pytracker.recording.recording import Camera
+from pytracker.recording.camera import Camera
 from pytracker.recording.worn import ARM_SEGMENTS
 from pytracker.rotation import Array
 from pytracker.simulate.arm import check_kind

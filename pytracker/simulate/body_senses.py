@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS
-from pytracker.recording.recording import Camera
+from pytracker.recording.camera import Camera
 from pytracker.recording.worn import UP, segment_frame, to_y_up
 from pytracker.rotation import (
     Array,

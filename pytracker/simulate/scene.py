@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.formats.video import Image
-from pytracker.recording.recording import Camera
+from pytracker.recording.camera import Camera
 from pytracker.rotation import Array, rotate
 from pytracker.simulate.arm import IMAGE_SIZE, ArmSimulation
 

@@ -9,7 +9,7 @@ import numpy as np
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.video import VideoWriter
 from pytracker.output import whole_folder
-from pytracker.recording.recording import Camera
+from pytracker.recording.camera import Camera
 from pytracker.rotation import rotate
 from pytracker.simulate.arm import IMAGE_SIZE, TRUTH_RATE_HZ, ArmScene, ArmSimulation
 from pytracker.simulate.scene import PATCH_HALF_M, render

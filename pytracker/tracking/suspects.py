@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pytracker.recording.recording import Arm, ArmRecording, Camera, Imu
+from pytracker.recording.camera import Camera
+from pytracker.recording.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion, triple
 
 __all__ = ["Suspect", "suspects"]

@@ -1,0 +1,118 @@
+"""Cameras: a calibrated pinhole, and weak perspective with how well it was fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pytracker.rotation import Array, Matrix, Triple
+
+__all__ = ["Camera", "ProjectionFit", "WeakPerspective"]
+
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Camera:
+    """A calibrated pinhole camera (OpenCV: x right, y down, z forward).
+
+    Attributes:
+        matrix: intrinsics, px.
+        rotation: world to camera.
+        translation_m: world to camera, m.
+        distortion: k1 k2 p1 p2 k3.
+        patch_offset_m: centre of the patch that it follows, in the segment's frame, m from the wrist.
+    """
+
+    matrix: Matrix
+    rotation: Matrix = IDENTITY
+    translation_m: Triple = (0.0, 0.0, 0.0)
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+    patch_offset_m: Triple = (0.0, 0.0, 0.0)
+
+    def project(self, points: Array) -> Array:
+        """Pixels `(T, 2)` of world points `(T, 3)`; NaN behind the camera."""
+        p = points @ np.array(self.rotation).T + np.array(self.translation_m)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = p[:, 0] / p[:, 2], p[:, 1] / p[:, 2]
+        k1, k2, p1, p2, k3 = self.distortion
+        r2 = x * x + y * y
+        radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
+        yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        homogeneous = np.stack([xd, yd, np.ones_like(xd)], axis=1) @ np.array(self.matrix).T
+        homogeneous[p[:, 2] <= 0] = np.nan
+        return np.ascontiguousarray(homogeneous[:, :2])
+
+    def px_per_m(self, points: Array) -> Array:
+        """Pixels per metre across the viewing direction at world points `(T, 3)`, `(T,)`."""
+        depth = points @ np.array(self.rotation)[2] + self.translation_m[2]
+        return np.asarray(0.5 * (self.matrix[0][0] + self.matrix[1][1]) / depth)
+
+    def ray(self, pixel: Array) -> Array:
+        """Unit vector in the world, `(3,)`, from the camera through a pixel `(2,)`."""
+        normal = np.linalg.solve(np.array(self.matrix), np.array([pixel[0], pixel[1], 1.0]))[:2]
+        undistorted = normal.copy()
+        # The inverse of the distortion has no closed form; this fixed point is OpenCV's own.
+        k1, k2, p1, p2, k3 = self.distortion
+        for _ in range(20):
+            x, y = undistorted
+            r2 = x * x + y * y
+            radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+            shift = np.array([2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y])
+            undistorted = (normal - shift) / radial
+        ray = np.array(self.rotation).T @ np.array([*undistorted, 1.0])
+        return np.asarray(ray / np.linalg.norm(ray))
+
+    @property
+    def position_m(self) -> Array:
+        """Where the camera stands, world, m `(3,)`."""
+        return np.asarray(-np.array(self.rotation).T @ np.array(self.translation_m))
+
+
+@dataclass(frozen=True, kw_only=True)
+class WeakPerspective:
+    """A camera far away: Li & Kulić eq. (3).
+
+    Attributes:
+        affine: rows u and v: px per metre along x, y, z, and px.
+    """
+
+    affine: tuple[tuple[float, float, float, float], tuple[float, float, float, float]]
+
+    def project(self, points: Array) -> Array:
+        """Pixels `(T, 2)` of world points `(T, 3)`."""
+        rows = np.array(self.affine)
+        return np.asarray(points @ rows[:, :3].T + rows[:, 3])
+
+    def px_per_m(self, points: Array) -> Array:
+        """Pixels per metre at world points `(T, 3)`: the same everywhere, `(T,)`."""
+        return np.full(len(points), float(np.linalg.norm(np.array(self.affine)[:, :3], axis=1).mean()))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ProjectionFit:
+    """How well a weak-perspective matrix fits point pairs; Li & Kulić Table II. One row for u, one for v.
+
+    Attributes:
+        matrix: px per metre along x, y, z, and px `(2, 4)`; columns that were not fitted are zero.
+        low: lower 95 % bound of every coefficient `(2, 4)`.
+        high: upper bound.
+        sse: sum of squared residuals, px² `(2,)`.
+        r2: coefficient of determination `(2,)`.
+        adjusted_r2: the same for the number of coefficients `(2,)`.
+        rmse: sqrt(sse / (n - coefficients)), px `(2,)`.
+        points_m: the world points `(n, 3)`.
+        pixels: the image points `(n, 2)`.
+    """
+
+    matrix: Array
+    low: Array
+    high: Array
+    sse: Array
+    r2: Array
+    adjusted_r2: Array
+    rmse: Array
+    points_m: Array
+    pixels: Array
