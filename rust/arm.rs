@@ -22,6 +22,7 @@
 //! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
 //! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states |
 //! | [`frame`] | a camera frame, with what the IMU has said up to it |
+//! | [`method`] | which filter, and what corrects it |
 //! | [`filter`] | one of them, sample by sample and frame by frame |
 
 mod branch;
@@ -31,6 +32,7 @@ pub mod filter;
 pub mod frame;
 pub mod length;
 pub mod measurements;
+pub mod method;
 pub mod mixture;
 pub mod motion;
 pub mod particle;
@@ -43,5 +45,6 @@ pub mod state;
 pub mod timeline;
 pub mod worn;
 
-pub use filter::{ArmFilter, Method};
+pub use filter::ArmFilter;
+pub use method::Method;
 pub use state::{Arm, Noise, PLACES};

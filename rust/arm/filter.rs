@@ -3,8 +3,9 @@
 use super::colour::sightings;
 use super::ekf::{ArmGaussian, Correction};
 use super::frame::Frame;
+use super::method::Method;
 use super::mixture::ArmMixture;
-use super::particle::{ArmLayer, ArmParticles};
+use super::particle::ArmParticles;
 use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
 use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
 use super::setup::Setup;
@@ -13,48 +14,13 @@ use super::state::{Arm, Layout, Noise, POSITION, View, require_finite};
 use super::timeline::Timeline;
 use crate::error::require;
 use crate::estimate::Estimate;
-use crate::filter::{Gaussian, Recorder, Resampling};
+use crate::filter::{Gaussian, Recorder};
 use crate::observation::Sample;
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
 use crate::{Error, Result};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
-
-/// How the arm is tracked.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Method {
-    /// A list of layers on a particle set.
-    Particles {
-        /// Applied in order at every frame.
-        layers: Vec<ArmLayer>,
-        /// How many particles.
-        len: usize,
-        /// After each layer.
-        resampling: Resampling,
-    },
-    /// A Gaussian and a list of corrections; none of them is inertial only.
-    Gaussian {
-        /// Applied in order at every frame.
-        corrections: Vec<Correction>,
-    },
-    /// A mixture of Gaussians over the state of a worn sensor, corrected by the patch and by what is named besides.
-    Mixture {
-        /// `ArmLength`, `Rest`.
-        corrections: Vec<Correction>,
-        /// Components that are kept.
-        components: usize,
-    },
-    /// The same, its frames kept, so that they can be smoothed ([`ArmFilter::smoothed`]).
-    Smoother {
-        /// As those of the mixture.
-        corrections: Vec<Correction>,
-        /// As those of the mixture.
-        components: usize,
-        /// How well lengths and cameras are known; of as many cameras as there are.
-        setup: Option<Setup>,
-    },
-}
 
 /// One of the filters, over the state of one arm.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
