@@ -23,6 +23,7 @@ from pytracker.rotation import (
     rotate,
     rotation_vector_to_quaternion,
 )
+from pytracker.setup import check
 
 SEGMENTS = ("left_forearm", "right_forearm", "left_upper_arm", "right_upper_arm")
 
@@ -234,6 +235,8 @@ def test_keypoints_alone_are_tracked(sensed: Path, tmp_path: Path) -> None:
     assert "There was no video, only keypoints of one." in page
     assert not (out / "overlay.mp4").exists()
     assert pt.doubts(track) == ()
+    (video,) = (finding for finding in check(folder).findings if finding.what == "video")
+    assert (video.verdict, video.evidence[:13]) == ("cannot be told", "there is none")
     assert pt.record_cycle(recording, pt.Partitioned(), 1, frame=40).frame == 40
     with pytest.raises(pt.InputError, match="BodyPlain weighs by edges, blobs and the recording has keypoints alone"):
         pt.track(recording, pt.BodyPlain())
