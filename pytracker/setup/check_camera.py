@@ -26,7 +26,7 @@ def check_video(draft: Draft) -> Finding:
     file = draft.file("camera.video")
     if file is None and draft.get("camera.keypoints") is not None:
         return Finding(
-            "video", "cannot be told", "there is none, but keypoints of one: what the picture shows is not used"
+            "video", "cannot be told", "there is none, but keypoints of one: no picture is used"
         )
     if file is None:
         return Finding("video", "missing", "there is no [[camera]] with a video")
