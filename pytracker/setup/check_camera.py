@@ -25,9 +25,7 @@ def check_video(draft: Draft) -> Finding:
     """Whether it can be read, and its times."""
     file = draft.file("camera.video")
     if file is None and draft.get("camera.keypoints") is not None:
-        return Finding(
-            "video", "cannot be told", "there is none, but keypoints of one: no picture is used"
-        )
+        return Finding("video", "cannot be told", "there is none, but keypoints of one: no picture is used")
     if file is None:
         return Finding("video", "missing", "there is no [[camera]] with a video")
     try:
