@@ -34,7 +34,8 @@ KEY_JOINTS: tuple[str, ...]
 KEY_PLACES: tuple[tuple[str, float], ...]
 KEYPOINTS: tuple[str, ...]
 
-class InputError(ValueError): ...
+class InputError(ValueError):
+    table: dict[str, Any]
 
 class TrackingError(RuntimeError):
     track: Track

@@ -176,6 +176,12 @@ pub enum Error {
         /// What the panic said.
         reason: String,
     },
+    /// A tracker that cannot be saved now.
+    #[error("the tracker cannot be saved while {count} observations or estimates wait, expected none: finish() first")]
+    Waiting {
+        /// How many.
+        count: usize,
+    },
     /// Saved state that cannot be read back.
     #[error("saved tracker state cannot be read: {reason}")]
     SavedState {

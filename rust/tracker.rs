@@ -101,7 +101,8 @@ impl Tracker {
     /// [`Error::At`] with the number of an observation that has one, around: [`Error::TooLate`] for what comes later than
     /// the delay, [`Error::Late`] for what is not later than the last of its kind, [`Error::Foreign`] for what another
     /// subject observes, and what the subject refuses, after all of which the tracker is as before; a loss of the track
-    /// ([`Error::is_loss_of_track`]), after which every frame is [`Error::Lost`].
+    /// ([`Error::is_loss_of_track`]), after which every frame is [`Error::Lost`]. With a delay an error may be of an earlier
+    /// observation, which its number tells; this one is kept.
     pub fn observe(&mut self, observation: Observation) -> Result<Option<Estimate>> {
         self.observe_recorded(observation, None)
     }
@@ -119,6 +120,9 @@ impl Tracker {
             return self.take(&observation, recorder);
         }
         let time_s = observation.time_s;
+        if !self.takes(&observation.what) {
+            return Err(numbered(Error::Foreign { what: observation.what.name() }, &observation));
+        }
         require_time("time of an observation", time_s)?;
         if time_s < self.newest_s - self.delay_s {
             let (late_s, delay_s) = (self.newest_s - time_s, self.delay_s);
@@ -137,7 +141,7 @@ impl Tracker {
     /// Wait no longer: estimates of all frames that are left.
     ///
     /// # Errors
-    /// As [`Tracker::observe`].
+    /// As [`Tracker::observe`]; what came before the error is handed out by the next call.
     pub fn finish(&mut self) -> Result<Vec<Estimate>> {
         self.release(f64::INFINITY, None)?;
         Ok(std::mem::take(&mut self.ready).into())
@@ -151,6 +155,10 @@ impl Tracker {
                 Some(recorder) => self.take(&due, Some(&mut **recorder)),
                 None => self.take(&due, None),
             };
+            if estimate.as_ref().is_err_and(Error::is_loss_of_track) {
+                // Nothing comes of them any more.
+                self.waiting.clear();
+            }
             self.ready.extend(estimate?);
         }
         Ok(())
@@ -168,6 +176,14 @@ impl Tracker {
             }
         }
         Stretch { estimates, stopped: None }
+    }
+
+    /// Whether its subject observes that.
+    fn takes(&self, what: &What) -> bool {
+        match self.subject {
+            Subject::Arm(_) => matches!(what, What::Inertial(_) | What::Patch(_)),
+            Subject::Body(_) => matches!(what, What::Orientation(_) | What::Picture(_)),
+        }
     }
 
     fn take(&mut self, observation: &Observation, recorder: Option<&mut dyn Recorder>) -> Result<Option<Estimate>> {
@@ -212,10 +228,13 @@ impl Tracker {
     /// What is known at `time_s`, between frames; draws nothing and changes nothing. Of an arm.
     ///
     /// # Errors
-    /// [`Error::NoInertialSample`], [`Error::Late`], [`Error::RanAway`]; [`Error::Foreign`] of a body.
+    /// [`Error::NoInertialSample`], [`Error::Late`], [`Error::RanAway`], [`Error::Lost`]; [`Error::Foreign`] of a body.
     pub fn estimate(&self, time_s: f64) -> Result<Estimate> {
         match &self.subject {
-            Subject::Arm(arm) => arm.estimate(time_s),
+            Subject::Arm(arm) => match self.lost_at_s {
+                Some(lost_at_s) => Err(Error::Lost { time_s, lost_at_s }),
+                None => arm.estimate(time_s),
+            },
             Subject::Body(_) => Err(Error::Foreign { what: "time between frames" }),
         }
     }
@@ -254,11 +273,12 @@ impl Tracker {
     /// The whole tracker as bytes, for [`Tracker::restore`] by the same version.
     ///
     /// # Errors
-    /// [`Error::SavedState`] when memory runs out, or observations wait that [`Tracker::finish`] would take.
+    /// [`Error::SavedState`] when memory runs out; [`Error::Waiting`] while observations or estimates wait that
+    /// [`Tracker::finish`] would hand out.
     pub fn save(&self) -> Result<Vec<u8>> {
-        if !self.waiting.is_empty() || !self.ready.is_empty() {
-            let reason = format!("{} observations wait, expected none: finish() first", self.waiting.len());
-            return Err(Error::SavedState { reason });
+        let count = self.waiting.len() + self.ready.len();
+        if count > 0 {
+            return Err(Error::Waiting { count });
         }
         saved::to_bytes("tracker", self)
     }

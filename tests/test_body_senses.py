@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -262,6 +265,74 @@ def test_what_keypoints_alone_need_is_named(sensed: Path, tmp_path: Path, old: s
     with pytest.raises(pt.InputError) as error:
         pt.load(path.parent)
     assert expected in str(error.value)
+
+
+def changed_points(recording: pt.BodyRecording, change: Callable[[Any, Array], None]) -> pt.BodyRecording:
+    """`change` gets frames and points `(T, P, 9, 3)`, to be changed in place."""
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    points = keypoints.points.copy()
+    change(keypoints.frames, points)
+    view = dataclasses.replace(recording.view, keypoints=dataclasses.replace(keypoints, points=points))
+    return dataclasses.replace(recording, view=view)
+
+
+def test_keypoints_alone_that_do_not_bear_the_pose_out_are_told(sensed: Path, tmp_path: Path) -> None:
+    recording = without(load(alone(sensed, tmp_path / "alone", "[320, 240]", 30.0)))
+
+    def shifted(frames: Any, points: Array) -> None:
+        points[frames >= 30, ..., 0] += 120.0
+
+    def head_only(frames: Any, points: Array) -> None:
+        points[frames >= 30, :, 1:] = np.nan
+
+    def narrow(frames: Any, points: Array) -> None:
+        points[..., 0] *= 0.6
+
+    def nobody(frames: Any, points: Array) -> None:
+        points[(frames >= 40) & (frames < 60)] = np.nan
+
+    for change, first, words in (
+        (shifted, 40, "its keypoint is elsewhere"),
+        (head_only, 40, "no keypoints of the arms"),
+        (nobody, 50, "no keypoints of the arms"),
+    ):
+        track = pt.track(changed_points(recording, change), pt.Partitioned(), 1)
+        assert words in track.reason[first]
+        assert track.valid[:28].mean() > 0.9
+    (doubt,) = pt.doubts(pt.track(changed_points(recording, narrow), pt.Partitioned(), 1))
+    assert re.search(r"the keypoints of the arms lie \d+ cm beside the first pose, expected at most 10 cm", doubt)
+
+
+def test_keypoints_alone_are_counted_as_their_files_are(sensed: Path, tmp_path: Path) -> None:
+    folder = alone(sensed, tmp_path / "alone", "[320, 240]", 30.0)
+    keypoints = load(folder).view.keypoints
+    assert keypoints is not None
+    (folder / "keypoints.csv").unlink()
+    text = (folder / "recording.toml").read_text("utf-8").replace("keypoints.csv", "alphapose.json")
+    (folder / "recording.toml").write_text(text, "utf-8")
+
+    def write(numbers: list[int]) -> None:
+        """As AlphaPose does: a list of people, of frames in which there are any."""
+        people = []
+        for number, points in zip(numbers, keypoints.points[:, 0], strict=False):
+            coco = np.zeros((17, 3))
+            coco[[0, *range(5, 13)]] = np.nan_to_num(points)
+            people.append({"image_id": f"{number}.jpg", "keypoints": coco.ravel().tolist()})
+        (folder / "alphapose.json").write_text(json.dumps(people), "utf-8")
+
+    count = len(keypoints.frames)
+    write(list(range(20, 20 + count)))
+    recording = load(folder)
+    assert any("the keypoints begin at frame 20" in words for words in recording.warnings)
+    times = [observed.time_s for observed in recording.observations() if observed.is_frame]
+    assert times[0] == 0.0
+    assert times[-1] == pytest.approx((19 + count) / 30.0)
+    write(list(range(1, 1 + count)))
+    assert len([observed for observed in load(folder).observations() if observed.is_frame]) == count
+    write([*range(count - 1), 9_999_999])
+    with pytest.raises(pt.InputError, match="of the frames 0 to 9999999, expected most of them: a stray file"):
+        load(folder)
 
 
 def test_people_with_a_detectors_keypoints(shared: Callable[[str], Path], tmp_path: Path) -> None:

@@ -169,7 +169,10 @@ def test_what_comes_late_is_put_in_order_and_refused_beyond_the_delay(
     late = pt.Tracker(recording, method, 4, delay_s=0.15)
     found = [estimate for observed in source if (estimate := late.observe(observed))]
     assert len(found) < len(sightings.time_s)
-    with pytest.raises(pt.InputError, match=r"observations wait, expected none: finish\(\) first"):
+    with pytest.raises(
+        pt.InputError,
+        match=r"cannot be saved while .* wait, expected none: finish\(\) first",
+    ):
         late.save()
     found += late.finish()
     assert np.array_equal([e.places["wrist"].mean for e in found], track.joints["wrist"].mean)
@@ -260,6 +263,39 @@ def test_a_gap_in_the_imu_has_a_reason(simulation: ArmSimulation, sightings: pt.
     track = pt.track(dataclasses.replace(recording, imus=(cut,)), pt.Layered(particles=200), sightings=sightings)
     assert track.reason[18] == "no IMU sample for 0.23 s"
     assert not track.valid[18]
+
+
+def test_sightings_out_of_order_are_refused(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
+    """They had been sorted for the tracker, and the rows written as they came."""
+    for swap, expected in (([11, 10], r"frame 11 has time 0\.4 s after 0\.44 s"), ([10, 10], "frame 11 has time")):
+        time_s = sightings.time_s.copy()
+        time_s[[10, 11]] = time_s[swap]
+        other = dataclasses.replace(sightings, time_s=time_s)
+        with pytest.raises(pt.InputError, match=expected):
+            pt.track(simulation.recording(), pt.Ekf(), sightings=other)
+    none = dataclasses.replace(sightings, time_s=np.zeros(0), pixels=np.zeros((0, 1, 2)), reasons=())
+    with pytest.raises(pt.InputError, match="the sightings hold no frame"):
+        pt.track(simulation.recording(), pt.Ekf(), sightings=none)
+
+
+def test_what_was_tracked_before_a_refusal_comes_with_it(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
+    recording = simulation.recording()
+    observed = list(recording.observations(sightings))
+    bad = pt.Observation.inertial(1.0, (np.nan, 0.0, 9.8), (1.0, 0.0, 0.0, 0.0), index=7)
+    with pytest.raises(pt.InputError, match="IMU sample 7: acceleration at") as error:
+        pt.Tracker(recording, pt.Ekf()).run([*observed[:100], bad, *observed[100:]])
+    assert len(error.value.table["time_s"]) == sum(o.is_frame for o in observed[:100])
+
+
+def test_a_lost_tracker_knows_nothing_between_frames(simulation: ArmSimulation) -> None:
+    imu = simulation.imu
+    behind = dataclasses.replace(simulation.arm, wrist_start_m=(0.2, 9.3, 1.0))
+    tracker = arm_tracker(behind, simulation.cameras[0], pt.Plain(particles=50))
+    tracker.observe(pt.Observation.inertial(0.0, imu.acc[0], imu.q_world_segment[0]))
+    with pytest.raises(pt.TrackingError):
+        tracker.observe(pt.Observation.patch(0.0, (320.0, 240.0)))
+    with pytest.raises(pt.TrackingError, match="after the track was lost at 0 s"):
+        tracker.estimate(0.01)
 
 
 def test_the_same_frame_twice_is_refused(simulation: ArmSimulation) -> None:

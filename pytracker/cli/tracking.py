@@ -20,6 +20,7 @@ from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Set
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.cli.terminal import frames_bar, print_comparison
 from pytracker.evidence import sight
+from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.index import render_index
@@ -43,7 +44,7 @@ ARM_METHODS: tuple[Method, ...] = (
 )
 """Each as tuned on simulated circles of other seeds than any that is reported."""
 
-BODY_SHOWN: tuple[Method, ...] = (pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
+BODY_SHOWN: tuple[BodyMethod, ...] = (pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
 """Tuned on simulated bodies of other seeds than any that is reported."""
 
 SHOWN = {"arm": ARM_METHODS, "body": BODY_SHOWN}
@@ -54,6 +55,13 @@ PAPERS = {"arm": "layered", "body": "plain"}
 
 FEW_VALID = 0.5
 """Fewer valid frames than this share, and the run failed: what there is of it is written all the same."""
+
+
+def _of_use(recording: pt.Recording) -> tuple[Method, ...]:
+    """What a report compares, without what has nothing to weigh by: keypoints alone are no picture."""
+    if isinstance(recording, pt.BodyRecording) and recording.view.video is None:
+        return tuple(method for method in BODY_SHOWN if "keypoints" in method.cues)
+    return SHOWN[recording.kind]
 
 
 @commands.command()
@@ -182,7 +190,7 @@ def report(
     check_target(out, force=force)  # before the work, not after it
     recording = pt.load(folder)
     named = tuple(chosen_method(recording.kind, name, None, []) for name in method or ())
-    chosen = named or SHOWN[recording.kind]
+    chosen = named or _of_use(recording)
     warn(recording.warnings)
     with frames_bar(quiet) as progress:
         tracks = track_all(recording, chosen, seed, progress)

@@ -14,7 +14,7 @@ from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["BorneOut", "head_off"]
+__all__ = ["WINDOW_S", "BorneOut", "head_off"]
 
 SIDES = ("left", "right")
 FAR_M = 0.10

@@ -14,6 +14,7 @@ from pytracker.evidence.senses import Senses, senses_of
 from pytracker.evidence.sightings import Progress, Sightings, sight
 from pytracker.formats.video import frames
 from pytracker.recording.recording import ArmRecording, BodyRecording, Imu, Recording
+from pytracker.rotation import Array
 
 __all__ = ["observations", "read_evidence"]
 
@@ -45,7 +46,7 @@ def observations(recording: Recording, evidence: Sightings | Senses | None = Non
         return _of_arm(recording.imus[0], evidence)
     if isinstance(recording, BodyRecording) and isinstance(evidence, Senses):
         return _of_body(recording, evidence)
-    found = "sightings" if isinstance(evidence, Sightings) else "senses"
+    found = {Sightings: "sightings", Senses: "senses"}.get(type(evidence), type(evidence).__name__)
     wanted = "sightings" if recording.kind == "arm" else "senses"
     raise InputError(f"{found} are given for a recording of kind {recording.kind!r}, expected {wanted}")
 
@@ -54,7 +55,10 @@ Recording.observer = staticmethod(observations)
 
 
 def _of_arm(imu: Imu, sightings: Sightings) -> Iterator[Observation]:
-    _check_times(imu)
+    _check_times("IMU sample", imu.time_s)
+    _check_times("frame", sightings.time_s)
+    if not len(sightings.time_s):
+        raise InputError("the sightings hold no frame, expected one at least")
     covered = sightings.time_s >= imu.time_s[0]
     if not covered.any():
         raise InputError(
@@ -68,13 +72,11 @@ def _of_arm(imu: Imu, sightings: Sightings) -> Iterator[Observation]:
     return (both[k] for k in in_order.tolist())
 
 
-def _check_times(imu: Imu) -> None:
-    back = np.flatnonzero(~(np.diff(imu.time_s) > 0))
+def _check_times(what: str, time_s: Array) -> None:
+    back = np.flatnonzero(~(np.diff(time_s) > 0))
     if back.size:
         k = int(back[0]) + 1
-        raise InputError(
-            f"IMU sample {k} has time {imu.time_s[k]} s after {imu.time_s[k - 1]} s, expected increasing times"
-        )
+        raise InputError(f"{what} {k} has time {time_s[k]} s after {time_s[k - 1]} s, expected increasing times")
 
 
 def _of_body(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
@@ -84,7 +86,7 @@ def _of_body(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
 
 def _worn(imu: Imu, sd_rad: float) -> Iterator[Observation]:
     """How the segment is turned that wears it."""
-    _check_times(imu)
+    _check_times("IMU sample", imu.time_s)
     roll_sd = ROLL_SD if "upper" in imu.segment else float("inf")
     for k, (time_s, q) in enumerate(zip(imu.time_s.tolist(), imu.q_world_segment.tolist(), strict=True)):
         yield Observation.orientation(time_s, imu.segment, q, sd_rad, roll_sd, k)
@@ -98,9 +100,8 @@ def _pictures(recording: BodyRecording, senses: Senses) -> Iterator[Observation]
             yield Observation.picture(frame.time_s + view.start_s, senses(frame), frame.index)
         return
     assert view.keypoints is not None
-    first, last = int(view.keypoints.frames[0]), int(view.keypoints.frames[-1])
-    for k in range(last - first + 1):
-        yield Observation.picture(view.start_s + k / view.rate_hz, senses.without_picture(first + k), k)
+    for k in range(int(view.keypoints.frames[-1]) + 1):
+        yield Observation.picture(view.start_s + k / view.rate_hz, senses.without_picture(k), k)
 
 
 def _ahead(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:

@@ -16,7 +16,7 @@ from pytracker.formats.asf import read_asf
 from pytracker.formats.toml_file import parse_toml
 from pytracker.recording.body_view import view_of
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import files_of, uncovered
+from pytracker.recording.keypoints import alone, files_of, uncovered
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, BodyTruthEntry, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.truth import POINT_FORMATS, load_points
@@ -47,8 +47,14 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
-    if view.keypoints is not None and camera_entry.keypoints is not None and view.video is not None:
-        warnings += uncovered(folder / camera_entry.keypoints, view.keypoints, video.probe(view.video))
+    if view.keypoints is not None and camera_entry.keypoints is not None:
+        keypoints = folder / camera_entry.keypoints
+        if view.video is not None:
+            warnings += uncovered(keypoints, view.keypoints, video.probe(view.video))
+        else:
+            counted, said = alone(keypoints, view.keypoints)
+            view = dataclasses.replace(view, keypoints=counted)
+            warnings += said
     imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
     warnings += said
     if truth is not None:
@@ -148,11 +154,11 @@ def _uncovered(view: BodyView, truth: Truth) -> tuple[str, ...]:
         end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
     else:
         assert view.keypoints is not None
-        file, end = Path("keypoints"), view.start_s + (np.ptp(view.keypoints.frames) + 1) / view.rate_hz
+        file, end = Path("keypoints"), view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz
     if truth.time_s[-1] >= end - SLACK_S:
         return ()
     return (
-        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the video "
+        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the frames "
         f"{view.start_s:.3f} to {end:.3f} s; frames without truth are not scored: check rate_hz and offset_s",
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ __all__ = ["files_of", "in_pixels", "load_keypoints", "uncovered"]
 
 OUTSIDE = 0.25
 """More points outside the picture, and they are of another."""
+SPARSE = 0.2
+"""Of keypoints alone so many of the frames must be there: a stray file is not a day of frames."""
 COVERED = 0.9
 """Fewer frames than this share of the video's, and something is missing."""
 
@@ -21,6 +24,21 @@ COVERED = 0.9
 def load_keypoints(path: Path, model: str, video: Path, info: VideoInfo) -> Keypoints:
     """Read them, of `video`. Raises `InputError`."""
     return in_pixels(path, read_keypoints(path, model), video, info)
+
+
+def alone(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:
+    """The same, counted from 0, where there is no video; a word where they begin late. Raises `InputError`."""
+    first, last = int(keypoints.frames[0]), int(keypoints.frames[-1])
+    if len(keypoints.frames) < SPARSE * (last - first + 1):
+        raise InputError(
+            f"{path}: has {len(keypoints.frames)} of the frames {first} to {last}, expected most of them: a stray file?"
+        )
+    if first == 1:
+        return dataclasses.replace(keypoints, frames=keypoints.frames - 1), ()  # counted from one
+    if first == 0:
+        return keypoints, ()
+    words = f"{path}: the keypoints begin at frame {first}: frame 0 is taken to be at start_s, and the first pose there"
+    return keypoints, (words,)
 
 
 def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:

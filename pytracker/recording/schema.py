@@ -39,6 +39,9 @@ ImuColumn = Literal[
 SCHEMA = 1
 """The newest recording schema that this version reads."""
 
+Pixels = Annotated[int, Field(strict=True, ge=8, le=16384)]
+"""Width or height of a picture."""
+
 
 class CameraEntry(Entry):
     """`[[camera]]`: a video and the calibrated camera that took it."""
@@ -115,7 +118,7 @@ class BodyCameraEntry(Entry):
     """`[[camera]]` of a body: a video or keypoints alone; a pinhole, weak perspective, or point pairs to fit it."""
 
     video: str | None = None
-    size_px: tuple[Whole, Whole] | None = None
+    size_px: tuple[Pixels, Pixels] | None = None
     rate_hz: Positive | None = None
     start_s: Finite = 0.0
     background: str | None = None

@@ -225,6 +225,8 @@ def error_by_speed(
     track: Scored, truth: Truth, edges_m_s: tuple[float, ...] = (0.0, 0.25, 0.5, 1.0, 2.0, float("inf"))
 ) -> list[SpeedBin]:
     """Error against the true speed of the joints (Li & Kulić, Fig. 6: faster motion, larger error)."""
+    if len(track.time_s) < 2:
+        return []  # no speed
     speeds, errors = [], []
     for joint in (joint for joint in track.joints if joint in truth.joints_m):
         velocity = np.gradient(truth.at(joint, track.time_s), track.time_s, axis=0)

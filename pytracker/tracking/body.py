@@ -11,6 +11,7 @@ import numpy as np
 from pytracker._core import KEY_JOINTS, InputError, Observation, Tracker, TrackingError
 from pytracker.evidence.borne_out import BorneOut, head_off
 from pytracker.evidence.keypoints import PointsEvidence
+from pytracker.evidence.points_borne_out import PointsBorneOut
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress
 from pytracker.evidence.silhouette import BodyEvidence
@@ -41,6 +42,7 @@ class BodyTrack(Track):
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
+        points_off_m: how far keypoints alone lie from the first pose across the picture, the median of the arms', m.
     """
 
     method: BodyMethod
@@ -51,6 +53,7 @@ class BodyTrack(Track):
     blobs: Array
     on_person: Array
     head_off_m: Array
+    points_off_m: float = float("nan")
 
 
 class _Watched:
@@ -63,13 +66,14 @@ class _Watched:
         self.borne_out = BorneOut(self.camera)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
-        self.found: list[bool] = []
+        self.points: PointsBorneOut | None = None
+        self.points_off_m = float("nan")
         self._frames = 0
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
         evidence = observation.evidence
         if isinstance(evidence, PointsEvidence):
-            self.found.append(evidence.keypoints is not None and bool(np.isfinite(evidence.keypoints).any()))
+            self._look_at_points(observation.time_s, row, evidence)
             return
         if self._frames == 0:
             self.head_off_m = head_off(self.camera, self._first, evidence)
@@ -78,6 +82,13 @@ class _Watched:
         if self._frames % LOOK_EVERY == 0:
             self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
         self._frames += 1
+
+    def _look_at_points(self, time_s: float, row: dict[str, Any], evidence: PointsEvidence) -> None:
+        if self.points is None:
+            self.points = PointsBorneOut(self.camera)
+            off = np.array(self.points.off_m(self._first, evidence.keypoints))
+            self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
+        self.points.look(time_s, {name: row[name][0] for name in KEY_JOINTS}, evidence.keypoints)
 
     def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
         """Of the key joints, how many have foreground about them."""
@@ -125,8 +136,8 @@ def check_cues(recording: BodyRecording, method: BodyMethod) -> None:
 
 def _reasons(method: BodyMethod, watched: _Watched, blobs: Array) -> list[str]:
     """Why a frame that was tracked is not to be believed; empty where it is."""
-    if watched.found:
-        return ["" if found else "no keypoints" for found in watched.found]
+    if watched.points is not None:
+        return watched.points.reasons()
     # A paper's filter sees blobs and nothing else of the skin.
     seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)) | (method.skin_loss > 0.0))
     reasons = ["" if any_blob else "no skin blob" for any_blob in seen]
@@ -162,6 +173,7 @@ def _assemble(
         blobs=blobs,
         on_person=np.array(watched.on_person),
         head_off_m=watched.head_off_m,
+        points_off_m=watched.points_off_m,
         stage_s=stage_s,
         lost=found.lost,
     )

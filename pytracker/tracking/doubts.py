@@ -63,6 +63,9 @@ FEW_UNSEEN = 0.2
 HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
 """The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
 
+POINTS_OFF_M = 0.10
+"""Keypoints alone may lie so far from the first pose; right ones do by 3 cm at most."""
+
 LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
 
@@ -169,9 +172,14 @@ def where_of(recording: Recording) -> str:
 
 
 def _of_body(track: BodyTrack) -> tuple[str, ...]:
-    if not len(track.on_person):
-        return ()  # keypoints alone
     where = where_of(track.recording)
+    if track.points_off_m > POINTS_OFF_M:
+        return (
+            f"{where}: at the first frame the keypoints of the arms lie {100 * track.points_off_m:.0f} cm beside the "
+            f"first pose, expected at most {100 * POINTS_OFF_M:.0f} cm: check the first pose, the camera, and size_px",
+        )
+    if not len(track.on_person):
+        return ()
     first, all_frames = track.on_person[0], float(np.mean(track.on_person))
     least = f"expected {LEAST_ON_PERSON:.0%} at least"
     if first < LEAST_ON_PERSON:

@@ -24,7 +24,8 @@ pub struct Backward {
 ///
 /// # Errors
 /// [`Error::Size`] for no records, another number of transitions, or records of several islands; [`Error::AllWeightsZero`]
-/// where no state of a record leads to one that was drawn: the transitions are not those of the history.
+/// where no state of a record leads to one that was drawn, or a density is no number: the transitions are not those of the
+/// history.
 pub fn backward(records: &[LayerRecord], transitions: &[&dyn Transition], count: usize, seed: u64) -> Result<Backward> {
     let (Some(last), expected) = (records.last(), records.len()) else {
         return Err(Error::Size { name: "records", got: 0, unit: "layers", expected: 1 });
@@ -43,14 +44,16 @@ pub fn backward(records: &[LayerRecord], transitions: &[&dyn Transition], count:
             let (before, to) = (&records[k - 1], states[states.len() - 1]);
             let mut weights = vec![0.0; before.weights.len()];
             transitions[k].log_densities(&before.predicted, to, &mut weights);
+            // Of those that the filter left any weight.
+            for (weight, filtered) in weights.iter_mut().zip(&before.weights) {
+                *weight += filtered.ln();
+            }
             let most = weights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            if most == f64::NEG_INFINITY {
+            if !most.is_finite() || weights.iter().any(|weight| weight.is_nan()) {
                 let LayerRecord { time_s, layer, .. } = *before;
                 return Err(Error::AllWeightsZero { time_s, layer, particles: before.weights.len() });
             }
-            for (weight, filtered) in weights.iter_mut().zip(&before.weights) {
-                *weight = filtered * (*weight - most).exp();
-            }
+            weights.iter_mut().for_each(|weight| *weight = (*weight - most).exp());
             forced += usize::from(weights.iter().filter(|weight| **weight > 0.0).count() == 1);
             states.push(state(before, draw(&weights, rng.random())));
         }

@@ -24,7 +24,9 @@ struct EvidenceArgument<'py> {
 }
 
 pub fn extract_evidence(evidence: &Bound<'_, PyAny>) -> PyResult<Picture> {
-    let e: EvidenceArgument<'_> = evidence.extract()?;
+    let read: PyResult<EvidenceArgument<'_>> = evidence.extract();
+    let e =
+        read.map_err(|error| super::InputError::new_err(format!("what a picture shows cannot be read: {error}")))?;
     Ok(Picture {
         edges: e.edges.as_ref().map(image).transpose()?,
         blobs: rows("blobs", &e.blobs)?,

@@ -25,7 +25,7 @@ use pyo3::types::{PyBytes, PyDict};
 /// Of the recording only the set-up is used, no data: arm and cameras, or skeleton, first pose and camera. What comes up to
 /// `delay_s` after a later observation is put in order, and estimates come so much later. The same seed gives the same bits,
 /// online and for a whole recording, for any number of threads. Raises `InputError` for what is out of range. Can be pickled
-/// and copied: a copy goes on where this stands.
+/// and copied, but while observations wait: a copy goes on where this stands.
 #[pyclass(module = "pytracker._core")]
 pub struct Tracker(tracker::Tracker);
 
@@ -106,7 +106,7 @@ impl Tracker {
         Ok((found.map(|of| self.named(of)), records(history)))
     }
 
-    /// Wait no longer: estimates of the frames that are left. Raises as `observe`.
+    /// Wait no longer: estimates of the frames that are left. Raises as `observe`; what came before is given by the next call.
     fn finish(&mut self, py: Python<'_>) -> PyResult<Vec<Estimate>> {
         let found = compute(py, None, || self.0.finish())?;
         Ok(found.into_iter().map(|of| self.named(of)).collect())
@@ -115,7 +115,8 @@ impl Tracker {
     /// Many observations in one call, without the interpreter lock: a dict of arrays, a row a frame (places by name
     /// `(T, 5, 3)`: mean, mode, standard deviation, 2.5 % and 97.5 % quantile, m; `state` `(T, 5, K)`, `mean` `(T, D)`,
     /// `covariance` `(T, D, D)`, `blobs`, `time_s`, `ess`, `log_evidence`, `doubt`); and, where the track was lost, the
-    /// message, the rows ending before that frame. Raises `InputError`.
+    /// message, the rows ending before that frame. Where the tracker waits for late ones `finish` gives the last. Raises
+    /// `InputError`, whose attribute `table` holds the rows before.
     #[pyo3(signature = (observations, threads = None))]
     fn run<'py>(
         &mut self,
@@ -125,9 +126,14 @@ impl Tracker {
     ) -> PyResult<(Bound<'py, PyDict>, Option<String>)> {
         let all: Vec<observation::Observation> = observations.iter().map(|one| one.of.clone()).collect();
         let stretch = compute(py, threads, || Ok(self.0.run(all)))?;
+        let table = table(py, &self.0.places(), &stretch.estimates)?;
         match stretch.stopped {
-            Some(error) if !error.is_loss_of_track() => Err(error.into()),
-            stopped => Ok((table(py, &self.0.places(), &stretch.estimates)?, stopped.map(|e| e.to_string()))),
+            Some(error) if !error.is_loss_of_track() => {
+                let refused = PyErr::from(error);
+                refused.value(py).setattr("table", table)?;
+                Err(refused)
+            }
+            stopped => Ok((table, stopped.map(|e| e.to_string()))),
         }
     }
 

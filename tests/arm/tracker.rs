@@ -62,7 +62,7 @@ fn late_observations_are_put_in_order() {
     for observation in observations {
         found.extend(late.observe(observation).unwrap());
     }
-    assert!(found.len() < expected.len() && matches!(late.save(), Err(Error::SavedState { .. })));
+    assert!(found.len() < expected.len() && matches!(late.save(), Err(Error::Waiting { .. })));
     found.extend(late.finish().unwrap());
     assert_eq!(found, expected);
     let error = late.observe(Observation::inertial(samples[70]).numbered(70)).unwrap_err();
