@@ -53,7 +53,9 @@ pub fn backward(records: &[LayerRecord], transitions: &[&dyn Transition], count:
                 let LayerRecord { time_s, layer, .. } = *before;
                 return Err(Error::AllWeightsZero { time_s, layer, particles: before.weights.len() });
             }
-            weights.iter_mut().for_each(|weight| *weight = (*weight - most).exp());
+            for weight in &mut weights {
+                *weight = (*weight - most).exp();
+            }
             forced += usize::from(weights.iter().filter(|weight| **weight > 0.0).count() == 1);
             states.push(state(before, draw(&weights, rng.random())));
         }
