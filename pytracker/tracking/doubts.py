@@ -73,7 +73,7 @@ LEAST_ON_PERSON = 0.6
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
-    An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`pytracker.suspects`): heading,
+    An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`suspects`): heading,
     clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed,
     lengths, shoulder and cameras should be what they are said to be. A body's key joints should
     have foreground about them, and its head be where the person's is.
