@@ -150,15 +150,19 @@ def _truth(
 def _uncovered(view: BodyView, truth: Truth) -> tuple[str, ...]:
     """A word where the truth covers only a part of the frames."""
     if view.video is not None:
-        info, file = video.probe(view.video), view.video
+        info, file, of = video.probe(view.video), view.video, "video"
         end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
     else:
         assert view.keypoints is not None
-        file, end = Path("keypoints"), view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz
+        file, of, end = (
+            Path("camera[0]"),
+            "keypoints",
+            view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz,
+        )
     if truth.time_s[-1] >= end - SLACK_S:
         return ()
     return (
-        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the frames "
+        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the {of} "
         f"{view.start_s:.3f} to {end:.3f} s; frames without truth are not scored: check rate_hz and offset_s",
     )
 
