@@ -27,6 +27,18 @@ pub enum Subject {
     Body(Box<BodyFilter>),
 }
 
+impl Subject {
+    /// Check that it observes such a thing, and the numbers of a frame; those of a sample are checked as it is taken.
+    fn check(&self, time_s: f64, what: &What) -> Result<()> {
+        match (self, what) {
+            (Self::Arm(arm), What::Patch(pixels)) => arm.check(time_s, pixels),
+            (Self::Body(_), What::Picture(picture)) => picture.check(time_s),
+            (Self::Arm(_), What::Inertial(_)) | (Self::Body(_), What::Orientation(_)) => Ok(()),
+            _ => Err(Error::Foreign { what: what.name() }),
+        }
+    }
+}
+
 /// What [`Tracker::run`] made of a stretch.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stretch {
@@ -116,12 +128,10 @@ impl Tracker {
         observation: Observation,
         recorder: Option<&mut dyn Recorder>,
     ) -> Result<Option<Estimate>> {
+        let time_s = observation.time_s;
+        self.subject.check(time_s, &observation.what).map_err(|error| numbered(error, &observation))?;
         if self.delay_s == 0.0 {
             return self.take(&observation, recorder);
-        }
-        let time_s = observation.time_s;
-        if !self.takes(&observation.what) {
-            return Err(numbered(Error::Foreign { what: observation.what.name() }, &observation));
         }
         require_time("time of an observation", time_s)?;
         if time_s < self.newest_s - self.delay_s {
@@ -178,14 +188,6 @@ impl Tracker {
         Stretch { estimates, stopped: None }
     }
 
-    /// Whether its subject observes that.
-    fn takes(&self, what: &What) -> bool {
-        match self.subject {
-            Subject::Arm(_) => matches!(what, What::Inertial(_) | What::Patch(_)),
-            Subject::Body(_) => matches!(what, What::Orientation(_) | What::Picture(_)),
-        }
-    }
-
     fn take(&mut self, observation: &Observation, recorder: Option<&mut dyn Recorder>) -> Result<Option<Estimate>> {
         let time_s = observation.time_s;
         let taken = match (&mut self.subject, &observation.what) {
@@ -198,11 +200,6 @@ impl Tracker {
     }
 
     fn take_frame(&mut self, time_s: f64, what: &What, recorder: Option<&mut dyn Recorder>) -> Result<Estimate> {
-        match (&self.subject, what) {
-            (Subject::Arm(arm), What::Patch(pixels)) => arm.check(time_s, pixels)?,
-            (Subject::Body(_), What::Picture(picture)) => picture.check(time_s)?,
-            _ => return Err(Error::Foreign { what: what.name() }),
-        }
         if let Some(lost_at_s) = self.lost_at_s {
             return Err(Error::Lost { time_s, lost_at_s });
         }

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import arm_tracker, estimated, load_arm
+from conftest import arm_tracker, estimated, load_arm, shown
 
 import pytracker as pt
 from pytracker.evidence import sight
@@ -184,6 +184,14 @@ def test_an_observation_of_another_subject_is_refused(body: pt.BodyRecording) ->
     turned = pt.Observation.orientation(0.0, "left_forearm", (1.0, 0.0, 0.0, 0.0), 0.1)
     with pytest.raises(pt.InputError, match="orientation is not what this tracker takes"):
         tracker_of(pt.Ekf()).observe(turned)
+    # Where late ones are waited for, at once too, and not at the next observation.
+    waits = pt.Tracker(body, pt.BodyPlain(particles=5), delay_s=1.0)
+    with pytest.raises(pt.InputError, match="frame 3: frame is not what this tracker takes"):
+        waits.observe(pt.Observation.patch(0.0, None, 3))
+    odd = pt.Observation.picture(0.0, shown(np.zeros((240, 320), np.uint8), np.array([[np.nan, 1.0]])), 4)
+    with pytest.raises(pt.InputError, match="frame 4: blob at 0 s is NaN"):
+        waits.observe(odd)
+    assert waits.finish() == []
     tracker = pt.Tracker(body, pt.BodyPlain(particles=5))
     for other in (pt.Observation.patch(0.0, None), pt.Observation.inertial(0.0, (0.0, 0.0, 9.8), (1.0, 0.0, 0.0, 0.0))):
         with pytest.raises(pt.InputError, match="is not what this tracker takes"):
