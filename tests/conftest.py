@@ -21,6 +21,8 @@ from pytracker.rotation import Array
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+SEGMENTS = ("left_forearm", "right_forearm", "left_upper_arm", "right_upper_arm")
+
 SHARED = Path(__file__).parents[2] / "shared"
 
 settings.register_profile("default", deadline=None, derandomize=True)
@@ -90,6 +92,13 @@ def body(simulated_body: Path) -> pt.BodyRecording:
     recording = pt.load(simulated_body)
     assert isinstance(recording, pt.BodyRecording)
     return recording
+
+
+@pytest.fixture(scope="session")
+def sensed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A body with both; copy it before changing it."""
+    scene = pt.BodyScene(duration_s=5.0, keypoint_sd_px=3.0, imus=SEGMENTS)
+    return pt.simulate_body(tmp_path_factory.mktemp("sensed") / "body", scene, seed=4)
 
 
 @pytest.fixture
