@@ -34,6 +34,7 @@ from pytracker.evidence import Sightings
 from pytracker.methods import (
     Annealed,
     BodyPlain,
+    BodySmooth,
     Ekf,
     Inertial,
     Joint,
@@ -61,6 +62,7 @@ __all__ = [
     "BodyPlain",
     "BodyRecording",
     "BodyScene",
+    "BodySmooth",
     "BodyView",
     "Camera",
     "Ekf",

@@ -17,6 +17,7 @@ from pytracker._core import InputError, TrackingError
 from pytracker.methods.method import Method
 from pytracker.output import write_whole
 from pytracker.recording.load import load
+from pytracker.recording.recording import Recording
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
 from pytracker.scores.evaluate import evaluate
@@ -53,7 +54,7 @@ class Outcome:
 def track_all(
     folders: Sequence[Path],
     out: Path,
-    method_of: Callable[[str], Method],
+    method_of: Callable[[Recording], Method],
     *,
     seed: int = 0,
     page: bool = True,
@@ -63,7 +64,7 @@ def track_all(
 ) -> list[Outcome]:
     """Track every recording into `out`/<its name>, `jobs` at a time, then write `out`/index.html and index.csv.
 
-    `method_of` gives the method for a kind of recording (it is sent to other processes). `done` is called with each
+    `method_of` gives the method for a recording (it is sent to other processes). `done` is called with each
     outcome as it comes, in the order of `folders`.
     """
     out.mkdir(parents=True, exist_ok=True)
@@ -106,7 +107,7 @@ def _one(
     folder: Path,
     out: Path,
     name: str,
-    method_of: Callable[[str], Method],
+    method_of: Callable[[Recording], Method],
     seed: int,
     page: bool,
     force: bool,
@@ -115,7 +116,7 @@ def _one(
     try:
         recording = load(folder)
         try:
-            result: Track = track(recording, method_of(recording.kind), seed, threads=threads)
+            result: Track = track(recording, method_of(recording), seed, threads=threads)
         except TrackingError as error:
             if not hasattr(error, "track"):
                 raise

@@ -16,6 +16,9 @@
 //! | [`method`] | IV-C: lists of layers and their parameters |
 //! | [`picture`] | what a frame shows |
 //! | [`filter`] | IV-C: evidence in, a pose out |
+//! | [`sloped`] | a pose and its slopes, for cues that are smooth |
+//! | [`momentum`] | channels with velocities, for smoothing |
+//! | `trajectory`, `mirrored`, `smooth` | a whole recording at once |
 
 pub mod cues;
 pub mod edges;
@@ -24,15 +27,22 @@ pub mod filter;
 mod forward;
 mod lanes;
 pub mod method;
+mod mirrored;
 pub mod model;
+pub mod momentum;
 pub mod motion;
 pub mod picture;
 pub mod skin;
+pub mod sloped;
+mod smooth;
+mod trajectory;
 pub mod unseen;
 
+pub use cues::Blend;
 pub use cues::region::Region;
 pub use figure::{Figure, Group, KEY_JOINTS, Part};
 pub use filter::BodyFilter;
-pub use method::{Blending, BodyLayer, BodyMethod, CueName, Diffusion};
+pub use method::{BodyLayer, BodyMethod, CueName, Diffusion, Mover};
+pub use momentum::Momentum;
 pub use picture::Picture;
 pub use unseen::Unseen;

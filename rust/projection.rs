@@ -2,7 +2,7 @@
 
 use crate::camera::Camera;
 use crate::{Error, Result};
-use nalgebra::Vector3;
+use nalgebra::{Matrix2x3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// No picture is larger, px, and no metre is more of it.
@@ -63,6 +63,17 @@ impl Projection {
                     px_per_m: focal / camera.depth(world),
                 })
             }
+        }
+    }
+
+    /// Where a world point is seen, px, and how that moves with it, `(2, 3)` px/m; none behind the camera.
+    pub fn see_with_slope(&self, world: Vector3<f64>) -> Option<(Vector2<f64>, Matrix2x3<f64>)> {
+        match self {
+            Self::Weak([a, b]) => {
+                let slope = Matrix2x3::new(a[0], a[1], a[2], b[0], b[1], b[2]);
+                Some((slope * world + Vector2::new(a[3], b[3]), slope))
+            }
+            Self::Pinhole(camera) => camera.project_with_jacobian(world),
         }
     }
 

@@ -244,7 +244,7 @@ impl Tracker {
     pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
         match &self.subject {
             Subject::Arm(arm) => arm.smoothed(first),
-            Subject::Body(_) => Ok(Vec::new()),
+            Subject::Body(body) => body.smoothed(first),
         }
     }
 

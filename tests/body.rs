@@ -1,81 +1,25 @@
 //! The body's cues and tracker on a figure of a few bones.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion};
 use pytracker::body::cues::blobs::{BlobDistance, Scale};
 use pytracker::body::cues::effort::Effort;
-use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, KeypointLook, Person, nearest};
+use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, Person, nearest};
 use pytracker::body::cues::limits::Limits;
 use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
 use pytracker::body::cues::outline::Outline;
 use pytracker::body::cues::penetration::Penetration;
 use pytracker::body::cues::region::{Region, RegionLook, Regions};
 use pytracker::body::cues::{Blend, Cue, Weighing};
-use pytracker::body::edges::EdgeImage;
-use pytracker::body::{
-    Blending, BodyFilter, BodyLayer, BodyMethod, CueName, Diffusion, Figure, Group, Part, Picture, Unseen,
-};
-use pytracker::filter::{Likelihood, Resampling};
+use pytracker::body::{BodyMethod, CueName, Figure, Group, Picture};
+use pytracker::filter::Likelihood;
 use pytracker::particles::ParticleSet;
-use pytracker::projection::Projection;
-use pytracker::resample::Scheme;
-use pytracker::skeleton::{Bone, Channel, Skeleton};
-use pytracker::{Error, Estimate, Observation, Result, Tracker};
-use std::sync::Arc;
+use pytracker::{Error, Tracker};
 
-const ALL: [Group; 3] = [Group::Torso, Group::LeftArm, Group::RightArm];
+mod figure;
 
-/// Arms stretched out to the sides, 0.3 m and 0.25 m long; turning a shoulder about z lifts the left arm.
-fn skeleton() -> Skeleton {
-    let all = [0, 1, 2].map(Channel::Rotation).to_vec();
-    let mut bones: Vec<Bone> = Vec::new();
-    let mut add = |name: &str, parent: Option<usize>, reach: [f64; 3], channels: &[Channel]| {
-        let (frame, order) = (Matrix3::identity(), [0, 1, 2]);
-        let reach = Vector3::from(reach);
-        bones.push(Bone { name: name.into(), parent, reach, frame, order, channels: channels.to_vec() });
-        bones.len() - 1
-    };
-    let root = [[0, 1, 2].map(Channel::Translation).to_vec(), all.clone()].concat();
-    let root = add("root", None, [0.0; 3], &root);
-    let thorax = add("thorax", Some(root), [0.0, 0.4, 0.0], &[]);
-    let neck = add("upperneck", Some(thorax), [0.0, 0.15, 0.0], &[]);
-    add("head", Some(neck), [0.0, 0.15, 0.0], &[]);
-    for (side, x) in [("l", 1.0), ("r", -1.0)] {
-        let clavicle = add(&format!("{side}clavicle"), Some(thorax), [0.18 * x, 0.05, 0.0], &[]);
-        let humerus = add(&format!("{side}humerus"), Some(clavicle), [0.3 * x, 0.0, 0.0], &all);
-        let radius = add(&format!("{side}radius"), Some(humerus), [0.15 * x, 0.0, 0.0], &all[..1]);
-        let wrist = add(&format!("{side}wrist"), Some(radius), [0.1 * x, 0.0, 0.0], &[]);
-        add(&format!("{side}hand"), Some(wrist), [0.1 * x, 0.0, 0.0], &[]);
-    }
-    Skeleton::new(bones).unwrap()
-}
+use figure::{ALL, LOOK, SUM, blank, figure, layer, method, projection, tracker, update};
 
-/// The left shoulder's rz is limited to ±1 rad.
-fn figure(free: &[usize]) -> Figure {
-    let skeleton = skeleton();
-    let channels = skeleton.channels().count();
-    let mut limits = vec![[f64::NEG_INFINITY, f64::INFINITY]; channels];
-    limits[8] = [-1.0, 1.0];
-    let part = |start: (&str, f64), end: (&str, f64), w: f64| Part {
-        start: (start.0.into(), start.1),
-        end: (end.0.into(), end.1),
-        half_width_m: [w, w],
-    };
-    let parts = [
-        part(("root", 0.0), ("thorax", 1.0), 0.16),
-        part(("lhumerus", 0.0), ("lhumerus", 1.0), 0.05),
-        part(("rhumerus", 0.0), ("rhumerus", 1.0), 0.05),
-    ];
-    Figure::new(&skeleton, &vec![0.0; channels], free, &limits, &parts).unwrap()
-}
-
-fn projection() -> Projection {
-    Projection::weak([[100.0, 0.0, 0.0, 100.0], [0.0, -100.0, 0.0, 100.0]]).unwrap()
-}
-
-/// No edge anywhere.
-fn blank() -> EdgeImage {
-    EdgeImage::new(200, 160, &vec![0; 200 * 160]).unwrap()
-}
+const CUES: [CueName; 3] = [CueName::Edges, CueName::Blobs, CueName::Limits];
 
 /// What a cue takes from every particle of a state of some columns.
 fn lost(figure: &Figure, rows: &[f64], cue: impl Cue) -> Vec<f64> {
@@ -196,8 +140,6 @@ fn a_lifted_arm_costs_effort() {
     assert!(other.iter().all(|x| (x - 2.0).abs() < 1e-12));
 }
 
-const LOOK: KeypointLook = KeypointLook { inflation: 1.0, reach: 4.0 };
-
 /// Points of the pose with every angle 0, 3 px off at most.
 fn person(right_px: f64) -> Person {
     let at = |u: f64, v: f64| Some(Keypoint { pixel: [u + right_px, v], sd_px: 2.0 });
@@ -256,44 +198,9 @@ fn a_sensor_says_where_its_segment_points() {
     assert!(Segment::from_name("left_leg").is_err());
 }
 
-fn tracker(figure: Figure, method: BodyMethod, seed: u64) -> Result<Tracker> {
-    BodyFilter::new(figure, projection(), method, seed).map(Tracker::from)
-}
-
-fn update(tracker: &mut Tracker, time_s: f64, evidence: &Picture) -> Result<Estimate> {
-    tracker
-        .observe(Observation::picture(time_s, Arc::new(evidence.clone())))
-        .map(|found| found.expect("an estimate of a frame"))
-}
-
-fn method(layers: Vec<BodyLayer>, blending: Blending, edge_loss: f64) -> BodyMethod {
-    BodyMethod {
-        particles: 400,
-        islands: 1,
-        skin_loss: 0.0,
-        foreground_loss: 0.0,
-        region_reach_m: 0.2,
-        keypoints: LOOK,
-        orientation_inflation: 1.0,
-        effort_loss: 0.0,
-        unseen: Unseen { distance_m: 0.0, lean: 0.0, turn: 0.0 },
-        layers,
-        resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
-        diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },
-        anew_share: 0.0,
-        cues: vec![CueName::Edges, CueName::Blobs, CueName::Limits],
-        blending,
-        edge_loss,
-        blob_sd_m: 0.03,
-        blob_reach: 4.0,
-        gate_m: 0.5,
-    }
-}
-
 #[test]
 fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
-    let layer = BodyLayer { groups: vec![Group::LeftArm], spread: 1.0, sharpness: 1.0 };
-    let method = method(vec![layer], Blending::Sum, 0.0);
+    let method = method(layer(&[Group::LeftArm], &CUES, SUM), 0.0);
     let mut tracker = tracker(figure(&[0, 1, 8, 12]), method, 3).unwrap();
     let mut estimate = None;
     for k in 0..30 {
@@ -314,9 +221,8 @@ fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
 /// Islands are filters side by side: the first is what it would be alone, and together they have every particle.
 #[test]
 fn islands_are_filters_side_by_side() {
-    let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
     let with = |islands: usize, particles: usize| {
-        let method = BodyMethod { islands, particles, ..method(vec![layer.clone()], Blending::Sum, 1.0) };
+        let method = BodyMethod { islands, particles, ..method(layer(&ALL, &CUES, SUM), 1.0) };
         tracker(figure(&[0, 1, 8]), method, 5)
     };
     let (mut alone, mut three) = (with(1, 14).unwrap(), with(3, 40).unwrap());
@@ -338,9 +244,8 @@ fn islands_are_filters_side_by_side() {
 
 #[test]
 fn a_saved_tracker_goes_on_with_the_same_bits() {
-    let layer = BodyLayer { groups: ALL.to_vec(), spread: 1.0, sharpness: 1.0 };
-    let blending = Blending::Rescaled { base: 100.0, alpha: 1.0, adapt: 0.0 };
-    let method = BodyMethod { cues: vec![CueName::Edges, CueName::Blobs], ..method(vec![layer], blending, 0.0) };
+    let blend = Blend::Rescaled { base: 100.0, alpha: 1.0, adapt: 0.0 };
+    let method = method(layer(&ALL, &[CueName::Edges, CueName::Blobs], blend), 0.0);
     let mut tracker = tracker(figure(&[0, 1, 8]), method, 5).unwrap();
     let evidence = Picture { blobs: vec![LEFT_HAND], ..Picture::new(blank()) };
     for k in 0..5 {

@@ -119,7 +119,7 @@ def test_any_subset_of_channels_can_be_free(body: pt.BodyRecording) -> None:
         (lambda: pt.Partitioned(blob_sd_m=0.0), "blob_sd_m is 0, expected a positive length"),
         (lambda: pt.Partitioned(joint_density=float("nan")), "joint_density is NaN, expected 0 rad"),
         (lambda: pt.Partitioned(unseen_lean_sd_rad=-0.1), "unseen_lean_sd_rad is -0.1, expected 0 rad or more"),
-        (lambda: pt.Partitioned(layers=((("leg",), 1.0, 1.0),)), "group 'leg' is not known"),
+        (lambda: pt.Partitioned(layers=(((("leg",), 1.0), ("edges",), ("sum", 1.0)),)), "group 'leg' is not known"),
         (
             lambda: pt.Partitioned(layers=(("torso", 1.0),)),  # type: ignore[arg-type]
             "layers such as",

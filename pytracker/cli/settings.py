@@ -8,7 +8,7 @@ from typing import Any
 
 import pytracker as pt
 from pytracker.methods.method import Method
-from pytracker.methods.registry import DEFAULTS, METHODS_OF, as_tuples, make_method, nearest
+from pytracker.methods.registry import METHODS_OF, as_tuples, make_method, nearest
 
 __all__ = ["METHOD_WORDS", "chosen_method", "chosen_scene"]
 
@@ -26,7 +26,7 @@ def chosen_method(kind: str, name: str, particles: int | None, settings: list[st
         if "particles" in values:
             raise pt.InputError("--particles and --set particles are both given, expected one of them")
         values["particles"] = particles
-    name, methods = name or DEFAULTS[kind], METHODS_OF[kind]
+    methods = METHODS_OF[kind]
     if name not in methods:
         raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(methods)} (kind {kind!r})")
     if particles is not None and not hasattr(methods[name], "particles"):

@@ -26,6 +26,7 @@ from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.index import render_index
 from pytracker.report.tables import read_run, read_track
 from pytracker.tracking.doubts import unbelieved
+from pytracker.tracking.track import default_method
 
 __all__ = ["commands"]
 
@@ -44,11 +45,8 @@ ARM_METHODS: tuple[Method, ...] = (
 )
 """Each as tuned on simulated circles of other seeds than any that is reported."""
 
-BODY_SHOWN: tuple[BodyMethod, ...] = (pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
+BODY_SHOWN: tuple[BodyMethod, ...] = (pt.BodySmooth(), pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
 """Tuned on simulated bodies of other seeds than any that is reported."""
-
-SHOWN = {"arm": ARM_METHODS, "body": BODY_SHOWN}
-"""What a report compares, by kind of recording."""
 
 PAPERS = {"arm": "layered", "body": "plain"}
 """The papers' own."""
@@ -58,10 +56,12 @@ FEW_VALID = 0.5
 
 
 def _of_use(recording: pt.Recording) -> tuple[Method, ...]:
-    """What a report compares, without what has nothing to weigh by: keypoints alone are no picture."""
-    if isinstance(recording, pt.BodyRecording) and recording.view.video is None:
-        return tuple(method for method in BODY_SHOWN if "keypoints" in method.cues)
-    return SHOWN[recording.kind]
+    """What a report compares, the default first; what needs a picture only where there is one."""
+    if isinstance(recording, pt.BodyRecording):
+        has_video, best = recording.view.video is not None, default_method(recording)
+        of_use = (method for method in BODY_SHOWN if has_video or "keypoints" in method.cues)
+        return tuple(sorted(of_use, key=lambda method: method != best))
+    return ARM_METHODS
 
 
 @commands.command()
@@ -86,7 +86,7 @@ def demo(
         with whole_folder(out, force=force) as whole:
             for kind, name in (("arm", "simulated-circle"), ("body", "simulated-body")):
                 recording = pt.load(folder / name)
-                tracks[kind] = track_all(recording, SHOWN[kind], seed, progress)
+                tracks[kind] = track_all(recording, _of_use(recording), seed, progress)
                 pt.write_report(tracks[kind], whole / kind, progress=progress)
             (whole / "index.html").write_text(render_index(tracks), "utf-8")
     for of_kind in tracks.values():
@@ -98,7 +98,12 @@ def demo(
 def track(
     folders: Annotated[list[Path], typer.Argument(help="Recording folders (each holds recording.toml).")],
     out: Out,
-    method: Annotated[str, typer.Option(help=f"{METHOD_WORDS} Without it the best: smooth, partitioned.")] = "",
+    method: Annotated[
+        str,
+        typer.Option(
+            help=f"{METHOD_WORDS} Without it the best: smooth; a body of whom there is a picture only: partitioned."
+        ),
+    ] = "",
     particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
     settings: Settings = None,
     seed: Seed = 0,
@@ -127,7 +132,7 @@ def track(
     folder = folders[0]
     check_target(out, force=force)  # before the work, not after it
     recording = pt.load(folder)
-    chosen = chosen_method(recording.kind, method, particles, settings or [])
+    chosen = _chosen(method, particles, tuple(settings or ()), recording)
     warn(recording.warnings)
     with frames_bar(quiet) as progress:
         try:
@@ -147,14 +152,14 @@ def track(
         raise typer.Exit(1)
 
 
-def _chosen(method: str, particles: int | None, settings: tuple[str, ...], kind: str) -> Method:
-    return chosen_method(kind, method, particles, list(settings))
+def _chosen(method: str, particles: int | None, settings: tuple[str, ...], recording: pt.Recording) -> Method:
+    return chosen_method(recording.kind, method or default_method(recording).name, particles, list(settings))
 
 
 def _track_several(
     folders: list[Path],
     out: Path,
-    method_of: Callable[[str], Method],
+    method_of: Callable[[pt.Recording], Method],
     seed: int,
     no_report: bool,
     jobs: int,

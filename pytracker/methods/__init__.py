@@ -15,7 +15,7 @@ from pytracker.methods.arm import (
     Plain,
     Smooth,
 )
-from pytracker.methods.body import BODY_METHODS, Annealed, BodyMethod, BodyPlain, Partitioned
+from pytracker.methods.body import BODY_METHODS, Annealed, BodyMethod, BodyPlain, BodySmooth, Partitioned
 from pytracker.methods.method import Method
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "ArmMethod",
     "BodyMethod",
     "BodyPlain",
+    "BodySmooth",
     "Ekf",
     "Inertial",
     "Joint",

@@ -12,11 +12,18 @@ from typing import ClassVar
 from pytracker.methods.method import Method
 from pytracker.skeleton.skeleton import UPPER_BODY
 
-__all__ = ["BODY_METHODS", "Annealed", "BodyMethod", "BodyPlain", "Partitioned"]
+__all__ = ["BODY_METHODS", "Annealed", "BodyMethod", "BodyPlain", "BodySmooth", "Partitioned"]
 
 ALL = ("torso", "left_arm", "right_arm")
 
-BodyLayers = tuple[tuple[tuple[str, ...], float, float], ...]
+PAPER = ("edges", "blobs")
+"""What Li & Kulić weigh by."""
+
+BASIC = (*PAPER, "regions", "keypoints", "orientation", "effort", "limits")
+EVERY = (*BASIC, "penetration")
+
+BodyLayer = tuple[tuple[tuple[str, ...], float], tuple[str, ...], tuple[str, float]]
+"""Mover (groups that diffuse, share of the diffusion), cues, blend (its name, share of the sharpness)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,8 +34,16 @@ class BodyMethod(Method):
         particles: how many in every layer (paper: 300).
         islands: into how many shares the particles are divided that are filtered on their own, so that resampling
             does not make them all agree: where they do not, the pose is not known, and the bands say so (paper: 1).
-        layers: (groups, share of the diffusion, share of the sharpness), applied in order; groups are `torso`,
-            `left_arm`, `right_arm`: they move, and their parts and blobs weigh.
+        layers: (mover, cues, blend), applied in order. A mover is (groups, share of the diffusion): groups are `torso`,
+            `left_arm`, `right_arm`; they diffuse, and their parts, blobs and points weigh. Cues are what weighs, where
+            a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue), `regions` (skin and foreground),
+            `keypoints`, `orientation` (of sensors on the arms), `effort` (upper arms against gravity), `limits` (of
+            joints, softly), `penetration` (elbows and hands inside the torso, paper IV-C1). A blend is (name, share of
+            the sharpness): `sum`, losses of the cues added up; `rescaled`, the paper's, of edges and blobs: distances
+            stretched over the set, `A^-d`, a weighted product.
+        sharpness: `A` of the blend `rescaled`, above 1; the paper gives none.
+        alpha: weight of the edge cue there, 0 to 2; the distance cue has the rest (paper: 1).
+        adapt: how far alpha follows what each cue tells apart in a frame, 0 (the paper) to 1.
         resampling: `systematic` (the paper), `residual`, `stratified` or `multinomial`.
         ess_threshold: resample when ESS falls to this share of the particles; 1 is always (the paper).
         base_density: diffusion of the root's place, m/√s.
@@ -40,10 +55,6 @@ class BodyMethod(Method):
         gate_m: how far from where it was expected a blob may be given to head or hand, m.
         anew_share: share of the particles whose arm is drawn anew from all that its joints allow, so that a lost arm is
             found again; 0 is the paper.
-        cues: what layers weigh by, where a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue),
-            `regions` (skin and foreground), `keypoints`, `orientation` (of sensors on the arms), `effort` (upper
-            arms against gravity), `limits` (of joints, softly), `penetration` (elbows and hands inside the torso,
-            paper IV-C1).
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
             it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
@@ -65,7 +76,10 @@ class BodyMethod(Method):
 
     particles: int = 300
     islands: int = 1
-    layers: BodyLayers = ((ALL, 1.0, 1.0),)
+    layers: tuple[BodyLayer, ...] = (((ALL, 1.0), BASIC, ("sum", 1.0)),)
+    sharpness: float = 1000.0
+    alpha: float = 1.0
+    adapt: float = 0.0
     resampling: str = "systematic"
     ess_threshold: float = 1.0
     base_density: float = 0.055
@@ -76,7 +90,6 @@ class BodyMethod(Method):
     blob_reach: float = 4.0
     gate_m: float = 0.45
     anew_share: float = 0.0
-    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "effort", "limits")
     unseen_distance_sd_m: float = 0.0
     unseen_lean_sd_rad: float = 0.0
     unseen_turn_sd_rad: float = 0.0
@@ -91,8 +104,13 @@ class BodyMethod(Method):
     free: tuple[str, ...] = ()
 
     kind: ClassVar[str] = "body"
-    blend: ClassVar[str] = "sum"
-    """`sum`: losses of the cues added up; `rescaled`: the paper's."""
+    is_smoothed: ClassVar[bool] = False
+    """Whether the whole recording is smoothed in the end."""
+
+    @property
+    def cues(self) -> tuple[str, ...]:
+        """What any layer weighs by."""
+        return tuple(dict.fromkeys(cue for _, cues, _ in self.layers for cue in cues))
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -101,26 +119,17 @@ class BodyMethod(Method):
 
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them."""
-        cues = ", ".join(self.cues)
-        return [(f"diffusion of {' and '.join(groups).replace('_', ' ')}", cues) for groups, *_ in self.layers]
+        return [
+            (f"diffusion of {' and '.join(groups).replace('_', ' ')}", ", ".join(cues))
+            for (groups, _), cues, _ in self.layers
+        ]
 
 
 @dataclass(frozen=True, kw_only=True)
 class BodyPlain(BodyMethod):
-    """The particle filter of Li & Kulić: distances rescaled over the set, `A^-d`, one layer.
+    """The particle filter of Li & Kulić: distances rescaled over the set, `A^-d`, one layer."""
 
-    Attributes:
-        sharpness: `A`, above 1; the paper gives none.
-        alpha: weight of the edge cue, 0 to 2; the distance cue has the rest (paper: 1).
-        adapt: how far alpha follows what each cue tells apart in a frame, 0 (the paper) to 1.
-    """
-
-    blend: ClassVar[str] = "rescaled"
-
-    cues: tuple[str, ...] = ("edges", "blobs")
-    sharpness: float = 1000.0
-    alpha: float = 1.0
-    adapt: float = 0.0
+    layers: tuple[BodyLayer, ...] = (((ALL, 1.0), PAPER, ("rescaled", 1.0)),)
 
     @property
     def name(self) -> str:
@@ -145,7 +154,11 @@ class _Fixed(BodyMethod):
 class Annealed(_Fixed):
     """Annealing: the same cues several times, from flat to sharp, while the diffusion shrinks (Deutscher & Blake)."""
 
-    layers: BodyLayers = ((ALL, 1.0, 0.3), (ALL, 0.5, 0.6), (ALL, 0.25, 1.0))
+    layers: tuple[BodyLayer, ...] = (
+        ((ALL, 1.0), BASIC, ("sum", 0.3)),
+        ((ALL, 0.5), BASIC, ("sum", 0.6)),
+        ((ALL, 0.25), BASIC, ("sum", 1.0)),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -154,10 +167,49 @@ class Partitioned(_Fixed):
 
     islands: int = 8
 
-    layers: BodyLayers = ((("torso",), 1.0, 1.0), (("left_arm",), 1.0, 1.0), (("right_arm",), 1.0, 1.0))
+    layers: tuple[BodyLayer, ...] = (
+        ((("torso",), 1.0), EVERY, ("sum", 1.0)),
+        ((("left_arm",), 1.0), EVERY, ("sum", 1.0)),
+        ((("right_arm",), 1.0), EVERY, ("sum", 1.0)),
+    )
     anew_share: float = 0.1
-    cues: tuple[str, ...] = ("edges", "blobs", "regions", "keypoints", "orientation", "effort", "limits", "penetration")
 
 
-BODY_METHODS: dict[str, type[BodyMethod]] = {"plain": BodyPlain, "annealed": Annealed, "partitioned": Partitioned}
+@dataclass(frozen=True, kw_only=True)
+class BodySmooth(Partitioned):
+    """The whole recording at once: what `Partitioned` gives, smoothed by Gauss-Newton over all frames: the best here.
+
+    Every frame is estimated from what comes before and after it, by where a detector saw the joints, or the particles
+    where there was none, by the sensors' orientations, and by how limbs move. Online it gives what `Partitioned` does.
+
+    Attributes:
+        base_accel_density: how the velocity of the root changes, m/s/√s.
+        turn_accel_density: of its turns, and of back and neck where they are free, rad/s/√s.
+        joint_accel_density: of shoulders and elbows, rad/s/√s.
+        velocity_lasts_s: how long a velocity lasts, s.
+        first_pose_sd_m: how well the root's place is known at the first frame, m per axis.
+        first_pose_sd_rad: how well every angle is, rad.
+    """
+
+    is_smoothed: ClassVar[bool] = True
+
+    base_accel_density: float = 2.0
+    turn_accel_density: float = 5.0
+    joint_accel_density: float = 25.0
+    velocity_lasts_s: float = 0.3
+    first_pose_sd_m: float = 0.02
+    first_pose_sd_rad: float = 0.1
+
+    @property
+    def name(self) -> str:
+        """The name that the command line knows it by."""
+        return "smooth"
+
+
+BODY_METHODS: dict[str, type[BodyMethod]] = {
+    "plain": BodyPlain,
+    "annealed": Annealed,
+    "partitioned": Partitioned,
+    "smooth": BodySmooth,
+}
 """Body methods by the name that the command line knows them by."""

@@ -24,14 +24,22 @@ def _unlike(value: Any, default: Any) -> str:
     if isinstance(default, str):
         return "" if isinstance(value, str) else "a word"
     if default and isinstance(default[0], tuple):
-        alike = isinstance(value, tuple | list) and all(
-            isinstance(layer, tuple | list)
-            and len(layer) == len(default[0])
-            and not any(_unlike(part, like) for part, like in zip(layer, default[0], strict=True))
-            for layer in value
-        )
+        alike = isinstance(value, tuple | list) and all(_is_like(layer, default[0]) for layer in value)
         return "" if alike else f"layers such as {default!r}"
     return "" if _is_words(value) else 'words such as ("colour", "arm_length")'
+
+
+def _is_like(value: Any, like: Any) -> bool:
+    """Whether a part of a layer is built as another; of words there may be any number."""
+    if not isinstance(like, tuple):
+        return not _unlike(value, like)
+    if _is_words(like):
+        return _is_words(value)
+    return (
+        isinstance(value, tuple | list)
+        and len(value) == len(like)
+        and all(_is_like(part, other) for part, other in zip(value, like, strict=True))
+    )
 
 
 def _kind(default: Any) -> str:

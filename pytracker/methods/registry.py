@@ -12,13 +12,10 @@ from pytracker.methods.arm import METHODS
 from pytracker.methods.body import BODY_METHODS
 from pytracker.methods.method import Method
 
-__all__ = ["DEFAULTS", "METHODS_OF", "as_tuples", "make_method", "method_of_class", "nearest"]
+__all__ = ["METHODS_OF", "as_tuples", "make_method", "method_of_class", "nearest"]
 
 METHODS_OF: dict[str, Mapping[str, type[Method]]] = {"arm": METHODS, "body": BODY_METHODS}
 """By kind of recording, then by name."""
-
-DEFAULTS = {"arm": "smooth", "body": "partitioned"}
-"""The best method of each kind, for a recording that is there as a whole."""
 
 
 def make_method(kind: str, name: str, values: Mapping[str, Any]) -> Method:

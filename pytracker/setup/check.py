@@ -16,7 +16,6 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.toml_file import faults_of, read_toml
-from pytracker.methods.registry import DEFAULTS, METHODS_OF
 from pytracker.output import write_whole
 from pytracker.recording.load import load
 from pytracker.recording.recording import Arm, ArmRecording, Imu, View
@@ -32,7 +31,7 @@ from pytracker.setup.lag import GRID_S, banded, find_lags
 from pytracker.setup.worn import Worn
 from pytracker.tracking.doubts import doubts, unbelieved
 from pytracker.tracking.found import Found, found_by
-from pytracker.tracking.track import track
+from pytracker.tracking.track import default_method, track
 from pytracker.tracking.tracks import Track
 
 __all__ = ["Checkup", "check"]
@@ -187,7 +186,7 @@ def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:
         return None, [Finding("the whole recording", verdict, str(error))]
     found = [Finding("as it is loaded", "doubtful", words) for words in recording.warnings]
     try:
-        result = track(recording, METHODS_OF[recording.kind][DEFAULTS[recording.kind]]())
+        result = track(recording, default_method(recording))
     except (InputError, TrackingError) as error:
         return None, [*found, Finding("the whole recording", "wrong", str(error))]
     found += _constants(found_by(result))

@@ -18,7 +18,7 @@ from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.cycle import Cloud, Cycle, CycleLayer, record_cycle
 from pytracker.tracking.doubts import doubts
 from pytracker.tracking.found import Found, found_by
-from pytracker.tracking.track import track
+from pytracker.tracking.track import default_method, track
 from pytracker.tracking.tracks import JointTrack, Track
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "LayerRecord",
     "Place",
     "Track",
+    "default_method",
     "doubts",
     "found_by",
     "record_cycle",

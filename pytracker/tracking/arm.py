@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from pytracker.evidence.sightings import Progress, Sightings, sight
 from pytracker.methods.arm import ArmMethod
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
-from pytracker.tracking.follow import Followed, follow
+from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
 __all__ = ["ArmTrack", "track_arm"]
@@ -70,7 +69,7 @@ def track_arm(
     at_once = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, getattr(method, "particles", 1))))
     source = recording.observations(sightings)
     found = follow(tracker, source, at_once=at_once, progress=progress, threads=threads)
-    found.table |= _smoothed(tracker, found.tracked, progress, threads)
+    found.table |= smoothed(tracker, found.tracked, progress, threads)
     stage_s = {"evidence": seen - began, "filter": time.perf_counter() - seen}
     result = _assemble(recording, method, seed, sightings, found, stage_s)
     if found.lost:
@@ -78,22 +77,6 @@ def track_arm(
         error.track = result
         raise error
     return result
-
-
-def _smoothed(tracker: Tracker, frames: int, progress: Progress | None, threads: int | None) -> dict[str, Any]:
-    """The columns that smoothing changes; none for a method that does not smooth."""
-    tables: list[dict[str, Any]] = []
-    done = 0
-    try:
-        # Window by window: whoever stops a run does not wait for the whole of it.
-        while len((table := tracker.smoothed(done, threads=threads))["ess"]):
-            tables.append(table)
-            done += len(table["ess"])
-            if progress is not None:
-                progress("smooth", done)
-    except TrackingError:
-        return {"doubt": ["the recording could not be smoothed: this is the filter's estimate"] * frames}
-    return {name: np.concatenate([table[name] for table in tables]) for name in (tables[0] if tables else ())}
 
 
 def _assemble(

@@ -18,7 +18,7 @@ from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
-from pytracker.tracking.follow import Followed, follow
+from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
 __all__ = ["BodyTrack", "track_body"]
@@ -66,14 +66,14 @@ class _Watched:
         self.borne_out = BorneOut(self.camera)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
-        self.points: PointsBorneOut | None = None
+        self.points: list[tuple[float, Array | None]] = []
         self.points_off_m = float("nan")
         self._frames = 0
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
         evidence = observation.evidence
         if isinstance(evidence, PointsEvidence):
-            self._look_at_points(observation.time_s, row, evidence)
+            self._look_at_points(observation.time_s, evidence)
             return
         if self._frames == 0:
             self.head_off_m = head_off(self.camera, self._first, evidence)
@@ -83,12 +83,18 @@ class _Watched:
             self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
         self._frames += 1
 
-    def _look_at_points(self, time_s: float, row: dict[str, Any], evidence: PointsEvidence) -> None:
-        if self.points is None:
-            self.points = PointsBorneOut(self.camera)
-            off = np.array(self.points.off_m(self._first, evidence.keypoints))
+    def _look_at_points(self, time_s: float, evidence: PointsEvidence) -> None:
+        if not self.points:
+            off = np.array(PointsBorneOut(self.camera).off_m(self._first, evidence.keypoints))
             self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
-        self.points.look(time_s, {name: row[name][0] for name in KEY_JOINTS}, evidence.keypoints)
+        self.points.append((time_s, evidence.keypoints))
+
+    def points_reasons(self, table: dict[str, Any]) -> list[str]:
+        """What keypoints alone say against what was made of them in the end; they are few enough to be kept."""
+        looked = PointsBorneOut(self.camera)
+        for row, (time_s, points) in enumerate(self.points):
+            looked.look(time_s, {name: table[name][row][0] for name in KEY_JOINTS}, points)
+        return looked.reasons()
 
     def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
         """Of the key joints, how many have foreground about them."""
@@ -116,6 +122,9 @@ def track_body(
     background_s = time.perf_counter() - began
     tracker, watched = Tracker(recording, method, seed), _Watched(recording)
     found = follow(tracker, recording.observations(senses), progress=progress, threads=threads, watch=watched)
+    began = time.perf_counter()
+    found.table |= smoothed(tracker, found.tracked, progress, threads)
+    found.filter_s += time.perf_counter() - began
     stage_s = {"background": background_s, "evidence": senses.run_s, "filter": found.filter_s}
     track = _assemble(recording, method, seed, tracker, found, watched, stage_s)
     if found.lost:
@@ -134,10 +143,10 @@ def check_cues(recording: BodyRecording, method: BodyMethod) -> None:
         )
 
 
-def _reasons(method: BodyMethod, watched: _Watched, blobs: Array) -> list[str]:
+def _reasons(method: BodyMethod, watched: _Watched, table: dict[str, Any], blobs: Array) -> list[str]:
     """Why a frame that was tracked is not to be believed; empty where it is."""
-    if watched.points is not None:
-        return watched.points.reasons()
+    if watched.points:
+        return watched.points_reasons(table)
     # A paper's filter sees blobs and nothing else of the skin.
     seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)) | (method.skin_loss > 0.0))
     reasons = ["" if any_blob else "no skin blob" for any_blob in seen]
@@ -156,7 +165,9 @@ def _assemble(
     """Rows for every frame: those that were not tracked hold NaN and a reason."""
     angles, blobs = found.rows(found.table["state"]), found.rows(found.table["blobs"])
     lost = ["the track was lost before"] * (found.count - found.tracked)
-    reason = _reasons(method, watched, blobs[: found.tracked]) + lost
+    doubts = (str(doubt) for doubt in found.table["doubt"])
+    seen = _reasons(method, watched, found.table, blobs[: found.tracked])
+    reason = ["; ".join(filter(None, words)) for words in zip(doubts, seen, strict=True)] + lost
     return BodyTrack(
         method=method,
         recording=recording,

@@ -14,7 +14,7 @@ from pytracker.evidence.sightings import Progress
 from pytracker.rotation import Array
 from pytracker.tracking.tracks import JointTrack
 
-__all__ = ["Followed", "follow"]
+__all__ = ["Followed", "follow", "smoothed"]
 
 Watch = Callable[[Observation, dict[str, Any]], None]
 """Called with every frame that was tracked, and its row of the table."""
@@ -100,6 +100,22 @@ def follow(
     found.time_s = np.array(times)
     found.table = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
     return found
+
+
+def smoothed(tracker: Tracker, frames: int, progress: Progress | None, threads: int | None) -> dict[str, Any]:
+    """The columns that smoothing the `frames` that were tracked changes; none for a method that does not smooth."""
+    tables: list[dict[str, Any]] = []
+    done = 0
+    try:
+        # Window by window: whoever stops a run does not wait for the whole of it.
+        while len((table := tracker.smoothed(done, threads=threads))["ess"]):
+            tables.append(table)
+            done += len(table["ess"])
+            if progress is not None:
+                progress("smooth", done)
+    except TrackingError:
+        return {"doubt": ["the recording could not be smoothed: this is the filter's estimate"] * frames}
+    return {name: np.concatenate([table[name] for table in tables]) for name in (tables[0] if tables else ())}
 
 
 def _chunks(observations: Iterable[Observation], frames: int) -> Iterator[list[Observation]]:

@@ -6,14 +6,25 @@ from typing import overload
 
 from pytracker._core import InputError
 from pytracker.evidence.sightings import Progress, Sightings
-from pytracker.methods.arm import ArmMethod
-from pytracker.methods.body import BodyMethod
+from pytracker.methods.arm import ArmMethod, Smooth
+from pytracker.methods.body import BodyMethod, BodySmooth, Partitioned
 from pytracker.methods.method import Method
 from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack, track_body
 
-__all__ = ["track"]
+__all__ = ["default_method", "track"]
+
+
+def default_method(recording: Recording) -> Method:
+    """The best for a recording that is there as a whole.
+
+    A body is smoothed where keypoints or sensors say where its joints are: skin and outlines alone gain little by it.
+    """
+    if isinstance(recording, BodyRecording):
+        is_told = recording.view.keypoints is not None or bool(recording.imus)
+        return BodySmooth() if is_told else Partitioned()
+    return Smooth()
 
 
 @overload

@@ -27,10 +27,12 @@ pub mod penetration;
 pub mod region;
 
 use super::figure::Figure;
+use super::sloped::{Rows, Sloped};
 use crate::filter::Likelihood;
 use crate::particles::{Block, ParticleSet};
 use crate::projection::{Projection, Seen};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// Particles that are posed together.
 const CHUNK: usize = 32;
@@ -39,9 +41,14 @@ const CHUNK: usize = 32;
 const PARALLEL: usize = 128;
 
 /// How badly posed particles explain one observation, or what a body can do.
+///
+/// A cue that is smooth can be linearised besides, for filters over Gaussians.
 pub trait Cue: Sync {
     /// Write what every particle loses, `(count,)`: a negative log-likelihood, or a distance that a blend rescales.
     fn score(&self, posed: &Posed<'_>, out: &mut [f64]);
+
+    /// What it measures of one state: as many rows as it has to say, none of a cue that is not smooth.
+    fn linearise(&self, _at: &Sloped<'_>, _rows: &mut Rows) {}
 
     /// How many of the figure's points it reads, counted from the first.
     fn reads(&self, figure: &Figure) -> usize {
@@ -83,7 +90,7 @@ impl Posed<'_> {
 }
 
 /// How what the cues say becomes a log-weight.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Blend {
     /// As the paper does, with two cues (IV-C2).
     Rescaled {

@@ -8,6 +8,8 @@ use super::figure::{Figure, KEY_JOINTS};
 use super::method::{BodyMethod, Frame};
 use super::picture::Picture;
 use super::skin::{Assignment, Blobs};
+use super::smooth::{Recorded, seen};
+use super::trajectory::Kept;
 use crate::error::{require, require_time};
 use crate::estimate::{Estimate, Point};
 use crate::filter::{Islands, Layer, LayeredFilter, Recorder};
@@ -42,6 +44,8 @@ pub struct BodyFilter {
     first_frame_s: Option<f64>,
     /// How bare the forearms are, told at the first frame that shows skin.
     bare: Option<f64>,
+    /// What every frame brought, where the recording is smoothed.
+    kept: Vec<Kept>,
 }
 
 /// What every island sees of one frame.
@@ -73,8 +77,8 @@ impl BodyFilter {
         let BodyMethod { particles, islands: count, resampling, gate_m, .. } = method;
         let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
         let assignments = vec![Assignment::new(gate_m); count];
-        let (worn, first_frame_s, bare) = (Vec::new(), None, None);
-        Ok(Self { figure, projection, method, islands, assignments, worn, first_frame_s, bare })
+        let (worn, first_frame_s, bare, kept) = (Vec::new(), None, None, Vec::new());
+        Ok(Self { figure, projection, method, islands, assignments, worn, first_frame_s, bare, kept })
     }
 
     /// The figure.
@@ -133,19 +137,21 @@ impl BodyFilter {
         let sight = Sight { figure, projection, method, picture, orientations, time_s, elapsed_s, bare };
         let posteriors = islands
             .each(assignments, recorder, |filter, assignment, recorder| sight.update(filter, assignment, recorder))?;
-        self.first_frame_s.get_or_insert(time_s);
-        self.estimate(time_s, &posteriors).checked()
-    }
-
-    /// All islands together.
-    fn estimate(&self, time_s: f64, posteriors: &[Posterior]) -> Estimate {
+        let first_s = *self.first_frame_s.get_or_insert(time_s);
         let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
         let together = ParticleSet::together(&sets);
         let joints = self.figure.key_joints(&together);
         let mut joints = joints.summary(joints.dim());
-        let since_s = self.first_frame_s.map_or(0.0, |first| time_s - first);
-        self.method.unseen.add(&mut joints, &self.projection, since_s);
-        Estimate {
+        let blobs = most_given(&posteriors);
+        if self.method.smoothing.is_some() {
+            let (mean, _) = together.moments();
+            let look = self.method.keypoints;
+            let seen = seen((&self.figure, &self.projection), picture, look, (&mean, &joints));
+            let (orientations, mean) = (orientations.to_vec(), mean.as_slice().to_vec());
+            self.kept.push(Kept { time_s, seen, orientations, mean, blobs });
+        }
+        self.method.unseen.add(&mut joints, &self.projection, time_s - first_s);
+        let estimate = Estimate {
             time_s,
             state: together.summary(together.dim()),
             places: (0..KEY_JOINTS.len()).map(|joint| Point::of_columns(&joints, 3 * joint)).collect(),
@@ -153,8 +159,21 @@ impl BodyFilter {
             // Distances and losses are no normalised densities: their mean is no evidence.
             log_evidence: None,
             doubt: None,
-            blobs: most_given(posteriors),
-        }
+            blobs,
+        };
+        estimate.checked()
+    }
+
+    /// Frames so far, from number `first` on, each given those about it: as many as are smoothed together; none beyond the
+    /// last, or of a method that does not smooth.
+    ///
+    /// # Errors
+    /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
+    pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
+        let Self { figure, projection, method, kept, .. } = self;
+        method.smoothing.as_ref().map_or(Ok(Vec::new()), |momentum| {
+            Recorded { figure, projection, method, momentum, frames: kept }.estimates(first)
+        })
     }
 
     /// Check what was read back.
@@ -177,7 +196,7 @@ impl Sight<'_> {
         let Self { figure, projection, method, picture, orientations, time_s, elapsed_s, bare } = *self;
         let (blobs, person) = self.assign(filter.particles(), assignment);
         let frame = Frame { figure, projection, picture, orientations, blobs, person, bare };
-        let walks: Vec<_> = method.layers.iter().map(|layer| method.walk(figure, layer, elapsed_s)).collect();
+        let walks: Vec<_> = method.layers.iter().map(|layer| method.walk(figure, &layer.mover, elapsed_s)).collect();
         let weighings: Vec<Weighing<'_>> = method.layers.iter().map(|layer| method.weighing(layer, &frame)).collect();
         let layers: Vec<Layer<'_>> = walks
             .iter()

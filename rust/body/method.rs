@@ -16,6 +16,7 @@ use super::cues::penetration::Penetration;
 use super::cues::region::{RegionLook, Regions};
 use super::cues::{Blend, Cue, Weighing};
 use super::figure::{Figure, Group};
+use super::momentum::Momentum;
 use super::motion::{Anew, Walk};
 use super::picture::Picture;
 use super::skin::Blobs;
@@ -27,15 +28,24 @@ use crate::skeleton::Channel;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// One layer: what it moves and what it looks at.
+/// What a layer moves, by diffusion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct BodyLayer {
-    /// Groups of columns that diffuse and of parts and blobs that weigh.
+pub struct Mover {
+    /// Groups of columns that diffuse; of these the parts, blobs and points weigh.
     pub groups: Vec<Group>,
     /// Share of the diffusion's standard deviation.
     pub spread: f64,
-    /// Share of the likelihood's sharpness.
-    pub sharpness: f64,
+}
+
+/// One layer: what it moves, what it weighs by, and how what the cues say is blended.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct BodyLayer {
+    /// Applied first.
+    pub mover: Mover,
+    /// Where a frame has what they need.
+    pub cues: Vec<CueName>,
+    /// How they are blended.
+    pub blend: Blend,
 }
 
 /// How uncertain motion is: zero-order dynamics, per √s.
@@ -93,22 +103,6 @@ impl CueName {
     }
 }
 
-/// How cues are blended.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Blending {
-    /// As the paper does, edges and blobs.
-    Rescaled {
-        /// `A`.
-        base: f64,
-        /// Weight of the edge cue, 0 to 2.
-        alpha: f64,
-        /// How far alpha follows what each cue tells apart, 0 to 1.
-        adapt: f64,
-    },
-    /// Each on its own scale.
-    Sum,
-}
-
 /// A method of tracking the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyMethod {
@@ -124,10 +118,6 @@ pub struct BodyMethod {
     pub diffusion: Diffusion,
     /// Share of the particles whose arm is drawn anew from all that its joints allow.
     pub anew_share: f64,
-    /// What layers weigh by, where a frame has it.
-    pub cues: Vec<CueName>,
-    /// How they are blended.
-    pub blending: Blending,
     /// Log-likelihood lost by a part that misses every edge.
     pub edge_loss: f64,
     /// Standard deviation of a blob's centre, m.
@@ -150,6 +140,8 @@ pub struct BodyMethod {
     pub effort_loss: f64,
     /// What the estimate adds to the joints' depth.
     pub unseen: Unseen,
+    /// Where the whole recording is smoothed: how the body moves.
+    pub smoothing: Option<Momentum>,
 }
 
 /// What a body can do at all, whatever is seen.
@@ -173,6 +165,39 @@ pub(super) struct Frame<'a> {
 /// No parameter is larger, in any unit.
 const MOST: f64 = 1e6;
 
+impl BodyLayer {
+    /// Check every range, and that cues and blend go together.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`], [`Error::UnknownName`].
+    pub fn check(&self) -> Result<()> {
+        let spread = self.mover.spread;
+        require((0.0..=MOST).contains(&spread), "spread of a layer", spread, "0 or more")?;
+        if let Some(twice) = (1..self.cues.len()).find(|k| self.cues[..*k].contains(&self.cues[*k])) {
+            let name = format!("{:?}", self.cues[twice]).to_lowercase();
+            return Err(Error::UnknownName { what: "second cue", name, known: "each at most once" });
+        }
+        match self.blend {
+            Blend::Sum { sharpness } => {
+                require(sharpness > 0.0 && sharpness <= MOST, "sharpness of a layer", sharpness, "positive")
+            }
+            Blend::Rescaled { base, alpha, adapt } => {
+                require(base > 1.0 && base <= 1e100, "sharpness", base, "above 1")?;
+                require((0.0..=2.0).contains(&alpha), "alpha", alpha, "0 to 2")?;
+                require((0.0..=1.0).contains(&adapt), "adapt", adapt, "0 to 1")?;
+                if self.cues.iter().filter(|cue| !BOUNDS.contains(cue)).eq(&[CueName::Edges, CueName::Blobs]) {
+                    return Ok(());
+                }
+                Err(Error::UnknownName {
+                    what: "list of cues that are rescaled",
+                    name: format!("{:?}", self.cues).to_lowercase(),
+                    known: "edges, blobs, and of effort, limits and penetration what is wanted",
+                })
+            }
+        }
+    }
+}
+
 impl BodyMethod {
     /// Check every range.
     ///
@@ -187,23 +212,6 @@ impl BodyMethod {
         require(zero_or_more(trunk), "trunk_density", trunk, "0 rad/√s or more")?;
         require(zero_or_more(joint), "joint_density", joint, "0 rad/√s or more")?;
         require((0.0..1.0).contains(&self.anew_share), "anew_share", self.anew_share, "a share from 0 to below 1")?;
-        if let Blending::Rescaled { base, alpha, adapt } = self.blending {
-            require(base > 1.0 && base <= 1e100, "sharpness", base, "above 1")?;
-            require((0.0..=2.0).contains(&alpha), "alpha", alpha, "0 to 2")?;
-            require((0.0..=1.0).contains(&adapt), "adapt", adapt, "0 to 1")?;
-            let two = self.cues.iter().filter(|cue| !BOUNDS.contains(cue));
-            if !two.eq(&[CueName::Edges, CueName::Blobs]) {
-                return Err(Error::UnknownName {
-                    what: "list of cues that are rescaled",
-                    name: format!("{:?}", self.cues).to_lowercase(),
-                    known: "edges, blobs, and of effort, limits and penetration what is wanted",
-                });
-            }
-        }
-        if let Some(twice) = (1..self.cues.len()).find(|k| self.cues[..*k].contains(&self.cues[*k])) {
-            let name = format!("{:?}", self.cues[twice]).to_lowercase();
-            return Err(Error::UnknownName { what: "second cue", name, known: "each at most once" });
-        }
         require(zero_or_more(self.edge_loss), "edge_loss", self.edge_loss, "0 or more")?;
         require(positive(self.blob_sd_m), "blob_sd_m", self.blob_sd_m, "a positive length in metres")?;
         require(positive(self.blob_reach), "blob_reach", self.blob_reach, "a positive number")?;
@@ -218,17 +226,14 @@ impl BodyMethod {
         let inflation = self.orientation_inflation;
         require(positive(inflation), "orientation_inflation", inflation, "a positive number")?;
         self.unseen.check()?;
+        self.smoothing.iter().try_for_each(Momentum::check)?;
         if self.layers.is_empty() {
             return Err(Error::Size { name: "layers", got: 0, unit: "layers", expected: 1 });
         }
-        for layer in &self.layers {
-            require(zero_or_more(layer.spread), "spread of a layer", layer.spread, "0 or more")?;
-            require(positive(layer.sharpness), "sharpness of a layer", layer.sharpness, "positive")?;
-        }
-        Ok(())
+        self.layers.iter().try_for_each(BodyLayer::check)
     }
 
-    pub(super) fn walk(&self, figure: &Figure, layer: &BodyLayer, elapsed_s: f64) -> Walk {
+    pub(super) fn walk(&self, figure: &Figure, mover: &Mover, elapsed_s: f64) -> Walk {
         let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
         let density = |(bone, channel): (usize, Channel), group: Group| match (bone, channel, group) {
             (_, Channel::Translation(_), _) => base,
@@ -238,31 +243,35 @@ impl BodyMethod {
         };
         let columns = figure.channels.iter().zip(&figure.groups);
         let sd = columns.map(|(channel, group)| {
-            let moves = layer.groups.contains(group);
-            if moves { density(*channel, *group) * layer.spread * elapsed_s.sqrt() } else { 0.0 }
+            let moves = mover.groups.contains(group);
+            if moves { density(*channel, *group) * mover.spread * elapsed_s.sqrt() } else { 0.0 }
         });
         let sd: Vec<f64> = sd.collect();
-        let anew = if elapsed_s > 0.0 { Anew::arms(figure, &layer.groups) } else { Vec::new() };
-        Walk { sd, anew, share: self.anew_share * layer.spread }
+        let anew = if elapsed_s > 0.0 { Anew::arms(figure, &mover.groups) } else { Vec::new() };
+        Walk { sd, anew, share: self.anew_share * mover.spread }
     }
 
     /// What a layer weighs particles by, of what a frame shows.
     pub(super) fn weighing<'a>(&'a self, layer: &'a BodyLayer, frame: &Frame<'a>) -> Weighing<'a> {
-        let (bounds, cues): (Vec<_>, Vec<_>) = self.cues.iter().partition(|cue| BOUNDS.contains(cue));
+        let (bounds, cues): (Vec<_>, Vec<_>) = layer.cues.iter().partition(|cue| BOUNDS.contains(cue));
         let boxed = |names: Vec<&CueName>| names.into_iter().filter_map(|cue| self.cue(*cue, layer, frame)).collect();
-        let blend = match self.blending {
-            Blending::Rescaled { base, alpha, adapt } => {
-                Blend::Rescaled { base: base.powf(layer.sharpness), alpha, adapt }
-            }
-            Blending::Sum => Blend::Sum { sharpness: layer.sharpness },
-        };
-        Weighing { figure: frame.figure, projection: frame.projection, cues: boxed(cues), bounds: boxed(bounds), blend }
+        let (figure, projection, blend) = (frame.figure, frame.projection, layer.blend);
+        Weighing { figure, projection, cues: boxed(cues), bounds: boxed(bounds), blend }
+    }
+
+    /// Its cues for a layer, where a frame has what they need.
+    pub(super) fn cues_of<'a>(
+        &'a self,
+        layer: &'a BodyLayer,
+        frame: &Frame<'a>,
+    ) -> impl Iterator<Item = Box<dyn Cue + 'a>> {
+        layer.cues.iter().filter_map(|cue| self.cue(*cue, layer, frame))
     }
 
     /// A cue of that name, where the frame has what it needs.
     fn cue<'a>(&'a self, name: CueName, layer: &'a BodyLayer, frame: &Frame<'a>) -> Option<Box<dyn Cue + 'a>> {
-        let (groups, picture) = (layer.groups.as_slice(), frame.picture);
-        let is_rescaled = matches!(self.blending, Blending::Rescaled { .. });
+        let (groups, picture) = (layer.mover.groups.as_slice(), frame.picture);
+        let is_rescaled = matches!(layer.blend, Blend::Rescaled { .. });
         Some(match name {
             CueName::Edges => {
                 let loss = if is_rescaled { 1.0 } else { self.edge_loss };

@@ -30,6 +30,11 @@ impl Picture {
         Self { edges: Some(edges), blobs: Vec::new(), skin: None, foreground: None, keypoints: Vec::new() }
     }
 
+    /// A picture of nothing.
+    pub fn empty() -> Self {
+        Self { edges: None, blobs: Vec::new(), skin: None, foreground: None, keypoints: Vec::new() }
+    }
+
     /// Check every number.
     ///
     /// # Errors

@@ -69,30 +69,9 @@ struct Forward {
 ///
 /// # Errors
 /// [`Error::Size`] for a trajectory of another length, [`Error::Singular`], [`Error::RanAway`], what the chain gives.
-pub fn smooth(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Smoothed> {
-    let expected = chain.len();
-    if at.len() != expected || expected == 0 {
-        return Err(Error::Size { name: "trajectory", got: at.len(), unit: "states", expected: expected.max(1) });
-    }
-    let mut cost = cost_of(chain, &at)?;
-    let mut is_settled = false;
-    for _ in 0..turns {
-        let forward = filter(chain, &at)?;
-        let to = means(chain, &forward)?;
-        let Some((shortened, lower)) = shorten(chain, &at, &to, cost) else {
-            // No step explains more: this is where it ends.
-            is_settled = true;
-            break;
-        };
-        let moved =
-            forward.filtered.iter().zip(at.iter().zip(&shortened)).map(|(state, (from, to))| in_sd(state, from, to));
-        is_settled = moved.fold(0.0, f64::max) <= settled;
-        (at, cost) = (shortened, lower);
-        if is_settled {
-            break;
-        }
-    }
-    let mut forward = filter(chain, &at)?;
+pub fn smooth(chain: &impl Chain, at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Smoothed> {
+    let Settled { at, cost, is_settled } = settle(chain, at, turns, settled)?;
+    let mut forward = filter(chain, &at, measured(chain, &at)?)?;
     covariances(&mut forward);
     let Forward { filtered: mut states, corrections, .. } = forward;
     let of_step = |step: &Vec<Correction>| step.iter().map(|correction| correction.log_evidence).sum();
@@ -102,34 +81,91 @@ pub fn smooth(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settl
     Ok(Smoothed { states, cost, log_evidence, is_settled })
 }
 
-/// As much of a step as explains more than the trajectory that it starts from; none where nothing of it does.
-fn shorten(
-    chain: &impl Chain,
-    at: &[DVector<f64>],
-    to: &[DVector<f64>],
+/// A trajectory without its spread.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settled {
+    /// One state a step.
+    pub at: Vec<DVector<f64>>,
+    /// As [`Smoothed::cost`].
+    pub cost: f64,
+    /// As [`Smoothed::is_settled`].
+    pub is_settled: bool,
+}
+
+/// The trajectory of [`smooth`] alone, which is quicker.
+///
+/// # Errors
+/// As [`smooth`].
+pub fn settle(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Settled> {
+    let expected = chain.len();
+    if at.len() != expected || expected == 0 {
+        return Err(Error::Size { name: "trajectory", got: at.len(), unit: "states", expected: expected.max(1) });
+    }
+    let mut measured = measured(chain, &at)?;
+    let mut cost = cost(chain, &at, &measured)?;
+    let mut is_settled = false;
+    for _ in 0..turns {
+        let forward = filter(chain, &at, measured)?;
+        let to = means(chain, &forward)?;
+        let Some(lower) = shorten(chain, &at, &to, cost) else {
+            // No step explains more: this is where it ends.
+            is_settled = true;
+            break;
+        };
+        let moved =
+            forward.filtered.iter().zip(at.iter().zip(&lower.at)).map(|(state, (from, to))| in_sd(state, from, to));
+        is_settled = moved.fold(0.0, f64::max) <= settled;
+        (at, cost, measured) = (lower.at, lower.cost, lower.measured);
+        if is_settled {
+            break;
+        }
+    }
+    Ok(Settled { at, cost, is_settled })
+}
+
+/// A trajectory that explains more than the last, and what is measured about it.
+struct Lower {
+    at: Vec<DVector<f64>>,
+    measured: Vec<Vec<Linear>>,
     cost: f64,
-) -> Option<(Vec<DVector<f64>>, f64)> {
+}
+
+/// As much of a step as explains more than the trajectory that it starts from; none where nothing of it does.
+fn shorten(chain: &impl Chain, at: &[DVector<f64>], to: &[DVector<f64>], before: f64) -> Option<Lower> {
     (0..HALVINGS).find_map(|halvings| {
         let share = 0.5f64.powi(halvings);
-        let shortened: Vec<DVector<f64>> = at.iter().zip(to).map(|(from, to)| from.lerp(to, share)).collect();
-        let lower = cost_of(chain, &shortened).ok()?;
-        (lower < cost).then_some((shortened, lower))
+        let at: Vec<DVector<f64>> = at.iter().zip(to).map(|(from, to)| from.lerp(to, share)).collect();
+        let measured = measured(chain, &at).ok()?;
+        let cost = cost(chain, &at, &measured).ok()?;
+        (cost < before).then_some(Lower { at, measured, cost })
     })
 }
 
+/// What is measured at every step, linearised about a trajectory.
+fn measured(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Vec<Vec<Linear>>> {
+    at.iter().enumerate().map(|(step, state)| chain.measure(step, state)).collect()
+}
+
 /// Minus twice the log posterior of a trajectory, but for a constant.
-fn cost_of(chain: &impl Chain, at: &[DVector<f64>]) -> Result<f64> {
+///
+/// # Errors
+/// [`Error::Singular`] where noise has no spread, what the chain gives.
+pub fn cost_of(chain: &impl Chain, at: &[DVector<f64>]) -> Result<f64> {
+    cost(chain, at, &measured(chain, at)?)
+}
+
+fn cost(chain: &impl Chain, at: &[DVector<f64>], measured: &[Vec<Linear>]) -> Result<f64> {
     let mut cost = 0.0;
-    for (step, state) in at.iter().enumerate() {
+    for (step, (state, measured)) in at.iter().zip(measured).enumerate() {
         cost += match (chain.start(step), step.checked_sub(1)) {
             (None, Some(before)) => chain.surprise(step, &at[before], state),
             (Some(start), _) => surprise(&(state - &start.mean), &start.covariance),
             (None, None) => 0.0,
         };
-        for (residual, _, noise) in chain.measure(step, state)? {
-            let factor = noise.cholesky().ok_or(Error::Singular { time_s: chain.time_s(step) })?;
+        for (residual, _, noise) in measured {
+            let factor = noise.clone().cholesky().ok_or(Error::Singular { time_s: chain.time_s(step) })?;
             let log_determinant: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-            cost += residual.dot(&factor.solve(&residual)) + log_determinant;
+            cost += residual.dot(&factor.solve(residual)) + log_determinant;
         }
     }
     Ok(cost)
@@ -152,14 +188,15 @@ fn in_sd(state: &Gaussian, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
     (0..from.len()).map(|d| (to[d] - from[d]).abs() / sd(d)).fold(0.0, f64::max)
 }
 
-fn filter(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Forward> {
+/// The pass forward, by what was measured about the trajectory `at`.
+fn filter(chain: &impl Chain, at: &[DVector<f64>], measured: Vec<Vec<Linear>>) -> Result<Forward> {
     let count = chain.len();
     let mut forward = Forward {
         filtered: Vec::with_capacity(count),
         transitions: Vec::with_capacity(count),
         corrections: Vec::with_capacity(count),
     };
-    for (step, at) in at.iter().enumerate() {
+    for (step, (at, measured)) in at.iter().zip(measured).enumerate() {
         let (mut state, transition) = match (chain.start(step), forward.filtered.last()) {
             (Some(start), _) => (start, None),
             (None, Some(before)) => {
@@ -172,7 +209,7 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>]) -> Result<Forward> {
             }
         };
         let mut corrections = Vec::new();
-        for (residual, slope, noise) in chain.measure(step, at)? {
+        for (residual, slope, noise) in measured {
             // What the residual would be at the state as it stands.
             let residual = residual - &slope * (&state.mean - at);
             let correction = Correction::new(chain.time_s(step), &state, (residual, slope, noise))?;

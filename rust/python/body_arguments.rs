@@ -1,7 +1,7 @@
 //! What Python gives a body tracker, read: the outer shape, the camera, the method.
 
 use crate::body::cues::keypoints::KeypointLook;
-use crate::body::{Blending, BodyLayer, BodyMethod, CueName, Diffusion, Group, Part, Unseen};
+use crate::body::{Blend, BodyLayer, BodyMethod, CueName, Diffusion, Group, Momentum, Mover, Part, Unseen};
 use crate::camera::Camera;
 use crate::filter::Resampling;
 use crate::projection::Projection;
@@ -37,20 +37,24 @@ struct WeakArgument {
     affine: [[f64; 4]; 2],
 }
 
+/// Mover (groups, share of the diffusion), cues, blend (name, share of the sharpness).
+type LayerArgument = ((Vec<String>, f64), Vec<String>, (String, f64));
+
 /// What every body method has, read.
 #[derive(FromPyObject)]
 struct MethodArgument {
     particles: usize,
     islands: usize,
-    layers: Vec<(Vec<String>, f64, f64)>,
+    layers: Vec<LayerArgument>,
     resampling: String,
     ess_threshold: f64,
     base_density: f64,
     base_turn_density: f64,
     trunk_density: f64,
     joint_density: f64,
-    cues: Vec<String>,
-    blend: String,
+    sharpness: f64,
+    alpha: f64,
+    adapt: f64,
     blob_sd_m: f64,
     blob_reach: f64,
     gate_m: f64,
@@ -68,12 +72,15 @@ struct MethodArgument {
     edge_loss: f64,
 }
 
-/// What the paper's blend has besides.
+/// What a method that smooths has besides.
 #[derive(FromPyObject)]
-struct RescaledArgument {
-    sharpness: f64,
-    alpha: f64,
-    adapt: f64,
+struct SmoothingArgument {
+    base_accel_density: f64,
+    turn_accel_density: f64,
+    joint_accel_density: f64,
+    velocity_lasts_s: f64,
+    first_pose_sd_m: f64,
+    first_pose_sd_rad: f64,
 }
 
 pub fn extract_projection(camera: &Bound<'_, PyAny>) -> PyResult<Projection> {
@@ -83,19 +90,33 @@ pub fn extract_projection(camera: &Bound<'_, PyAny>) -> PyResult<Projection> {
     })
 }
 
+fn extract_smoothing(method: &Bound<'_, PyAny>) -> PyResult<Option<Momentum>> {
+    if !method.getattr("is_smoothed")?.extract::<bool>()? {
+        return Ok(None);
+    }
+    let m: SmoothingArgument = method.extract()?;
+    Ok(Some(Momentum {
+        base: m.base_accel_density,
+        turn: m.turn_accel_density,
+        joint: m.joint_accel_density,
+        lasts_s: m.velocity_lasts_s,
+        first_m: m.first_pose_sd_m,
+        first_rad: m.first_pose_sd_rad,
+    }))
+}
+
 pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
     let m: MethodArgument = method.extract()?;
-    let blending = match m.blend.as_str() {
-        "sum" => Blending::Sum,
-        "rescaled" => {
-            let RescaledArgument { sharpness, alpha, adapt } = method.extract()?;
-            Blending::Rescaled { base: sharpness, alpha, adapt }
-        }
-        _ => return Err(Error::UnknownName { what: "blend", name: m.blend, known: "sum, rescaled" }.into()),
-    };
-    let layer = |(groups, spread, sharpness): (Vec<String>, f64, f64)| {
+    let MethodArgument { sharpness: base, alpha, adapt, .. } = m;
+    let layer = |((groups, spread), cues, (blend, sharpness)): LayerArgument| {
         let groups = groups.iter().map(|group| Group::from_name(group)).collect::<Result<_>>()?;
-        Ok(BodyLayer { groups, spread, sharpness })
+        let cues = cues.iter().map(|name| CueName::from_name(name)).collect::<Result<_>>()?;
+        let blend = match blend.as_str() {
+            "sum" => Blend::Sum { sharpness },
+            "rescaled" => Blend::Rescaled { base: base.powf(sharpness), alpha, adapt },
+            _ => return Err(Error::UnknownName { what: "blend", name: blend, known: "sum, rescaled" }),
+        };
+        Ok(BodyLayer { mover: Mover { groups, spread }, cues, blend })
     };
     let method = BodyMethod {
         particles: m.particles,
@@ -109,8 +130,6 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
             joint: m.joint_density,
         },
         anew_share: m.anew_share,
-        cues: m.cues.iter().map(|name| CueName::from_name(name)).collect::<Result<_>>()?,
-        blending,
         edge_loss: m.edge_loss,
         blob_sd_m: m.blob_sd_m,
         blob_reach: m.blob_reach,
@@ -121,6 +140,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         keypoints: KeypointLook { inflation: m.keypoint_inflation, reach: m.keypoint_reach },
         orientation_inflation: m.orientation_inflation,
         effort_loss: m.effort_loss,
+        smoothing: extract_smoothing(method)?,
         unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
     };
     method.check()?;

@@ -5,10 +5,14 @@
 //! high an elbow is held above where it would hang, as is the work that was done to lift it.
 
 use super::super::figure::Group;
+use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
 
 /// Shoulder and elbow of either arm among the points of the figure.
 const ARMS: [(Group, usize, usize); 2] = [(Group::LeftArm, 2, 4), (Group::RightArm, 3, 5)];
+
+/// An arm that is held no higher than this share of its length hangs: there the slope of a square root has no end.
+const HANGING: f64 = 1e-4;
 
 /// What the arms of some groups lose.
 pub struct Effort<'a> {
@@ -29,6 +33,20 @@ impl Cue for Effort<'_> {
                 // y is up: nothing where it hangs, all where it is level, twice as much overhead.
                 *out += self.loss * (1.0 + reach[1] / length);
             }
+        }
+    }
+
+    /// As the square of a number that is zero where the arm hangs.
+    fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
+        if self.loss == 0.0 {
+            return;
+        }
+        for (_, shoulder, elbow) in ARMS.into_iter().filter(|(group, ..)| self.groups.contains(group)) {
+            let reach = at.at(elbow) - at.at(shoulder);
+            let length = reach.norm().max(1e-9);
+            let held = (2.0 * self.loss * (1.0 + reach.y / length).max(HANGING)).sqrt();
+            let rise = (at.slope(elbow).row(1) - at.slope(shoulder).row(1)).transpose() / length;
+            rows.push(-held, rise * (self.loss / held), 1.0);
         }
     }
 }

@@ -4,8 +4,10 @@
 //! quite the skeleton's. Both are in the spread, and a wild point ends up saying nothing.
 
 use super::super::figure::{Figure, Group};
+use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
 use crate::projection::Seen;
+use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
 
 /// The joints that a detector may see: name, group, and how far a detector's is from the skeleton's, m (measured on clips of
@@ -23,7 +25,7 @@ pub const KEYPOINTS: [(&str, Group, f64); 9] = [
 ];
 
 /// A point of a detector.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Keypoint {
     /// px.
     pub pixel: [f64; 2],
@@ -79,6 +81,20 @@ impl Cue for KeypointDistance<'_> {
             let seen = posed.seen(i);
             let points = self.points(posed.figure);
             *out = points.map(|(point, keypoint, mismatch_m)| loss(seen[point], keypoint, mismatch_m, self.look)).sum();
+        }
+    }
+
+    /// A wild point's spread grows with how far off it is (Geman & McClure), so that it ends up saying nothing.
+    fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
+        let KeypointLook { inflation, reach } = self.look;
+        // One scale for all: a spread that shrank with the distance would draw every joint away from the camera.
+        let px_per_m = at.projection.see(at.at(0).into()).px_per_m;
+        for (point, keypoint, mismatch_m) in self.points(at.figure) {
+            let Some((seen, slope)) = at.seen(point) else { continue };
+            let residual = Vector2::new(keypoint.pixel[0] - seen.u, keypoint.pixel[1] - seen.v);
+            let spread = inflation * keypoint.sd_px.hypot(mismatch_m * px_per_m);
+            let wild = 1.0 + residual.norm_squared() / (spread * reach).powi(2);
+            rows.push_pixel(residual, &slope, (spread * wild).powi(2));
         }
     }
 

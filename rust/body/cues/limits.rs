@@ -1,6 +1,8 @@
 //! Angles against the limits of joints, softly: real motion breaks the hard ones of Acclaim files.
 
+use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
+use nalgebra::DVector;
 
 /// How far beyond a limit a joint may be, rad.
 const LIMIT_SD: f64 = 0.1;
@@ -15,6 +17,18 @@ impl Cue for Limits {
             for (out, value) in out.iter_mut().zip(posed.column(d)) {
                 let beyond = ((low - value).max(value - high)).max(0.0) / LIMIT_SD;
                 *out += 0.5 * beyond * beyond;
+            }
+        }
+    }
+
+    fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
+        for (d, ([low, high], value)) in at.figure.limits.iter().zip(at.state).enumerate() {
+            let within = value.clamp(*low, *high);
+            if within != *value {
+                let mut slope = DVector::zeros(at.dim());
+                slope[d] = 1.0 / LIMIT_SD;
+                // In standard deviations: a row that is there or not must not count by its own spread.
+                rows.push((within - value) / LIMIT_SD, slope, 1.0);
             }
         }
     }

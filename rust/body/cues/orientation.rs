@@ -5,6 +5,7 @@
 //! one goes. A forearm also turns within itself, which the state does not hold: its roll has a wide spread.
 
 use super::super::figure::{Figure, Group};
+use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
 use crate::{Error, Result};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
@@ -98,11 +99,43 @@ impl Orientation {
     }
 }
 
+impl Orientation {
+    fn linearise(&self, at: &Sloped<'_>, inflation: f64, rows: &mut Rows) {
+        let [near, far, elbow] = self.segment.ends();
+        let reach = at.at(near) - at.at(far);
+        let Some(along) = Unit::try_new(reach, 1e-9) else { return };
+        // Beyond its reach it says less and less.
+        let variance = |off: f64, sd: f64| (inflation * sd * (1.0 + (off / (REACH * inflation * sd)).powi(2))).powi(2);
+        let measured = self.q_world_segment * Vector3::y();
+        let off = measured - *along;
+        let slope = (at.slope(near) - at.slope(far)) / reach.norm();
+        let across = &slope - *along * along.tr_mul(&slope);
+        rows.push_vector(off, &across, variance(off.norm(), self.sd));
+        if self.roll_sd.is_finite() {
+            let swing = UnitQuaternion::rotation_between(&measured, &along).unwrap_or_default();
+            let turned = swing * (self.q_world_segment * Vector3::x());
+            let end = at.figure.elbow_axes[usize::from(self.segment.group() == Group::RightArm)];
+            let (axis, aside) = (at.at(end) - at.at(elbow), along.cross(&turned));
+            let (sin, cos) = (axis.dot(&aside), axis.dot(&turned));
+            let (roll, squared) = (sin.atan2(cos), sin.hypot(cos).powi(2).max(1e-9));
+            let slope = (at.slope(end) - at.slope(elbow)).tr_mul(&((aside * cos - turned * sin) / squared));
+            rows.push(-roll, slope, variance(roll, self.roll_sd));
+        }
+    }
+}
+
 impl Cue for OrientationDistance<'_> {
     fn score(&self, posed: &Posed<'_>, out: &mut [f64]) {
         let worn = || self.orientations.iter().filter(|worn| self.groups.contains(&worn.segment.group()));
         for (i, out) in out.iter_mut().enumerate() {
             *out = worn().map(|worn| worn.loss(posed, i, self.inflation)).sum();
+        }
+    }
+
+    /// Direction and roll, as vectors: an angle's slope has no end where it turns over.
+    fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
+        for worn in self.orientations.iter().filter(|worn| self.groups.contains(&worn.segment.group())) {
+            worn.linearise(at, self.inflation, rows);
         }
     }
 

@@ -1,0 +1,118 @@
+//! One posed state and how its points move with it: what cues are linearised about.
+//!
+//! Slopes are central differences: the state and its neighbours are posed together, as particles are.
+
+use super::figure::Figure;
+use crate::filter::Linear;
+use crate::particles::ParticleSet;
+use crate::projection::{Projection, Seen};
+use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3xX, Vector2, Vector3};
+
+/// Half the difference between neighbours, m or rad.
+const STEP: f64 = 1e-5;
+
+/// A posed state, its points and their slopes.
+pub struct Sloped<'a> {
+    /// What is posed.
+    pub figure: &'a Figure,
+    /// The camera.
+    pub projection: &'a Projection,
+    /// The state `(D,)`.
+    pub state: &'a [f64],
+    /// The points of the state and of its neighbours, `(P, 3, 1 + 2 D)`.
+    posed: Vec<f64>,
+    neighbours: usize,
+}
+
+impl<'a> Sloped<'a> {
+    /// Pose `state` `(D,)` and its neighbours.
+    ///
+    /// # Panics
+    /// When the state has no column.
+    pub fn new(figure: &'a Figure, projection: &'a Projection, state: &'a [f64]) -> Self {
+        let (dim, neighbours) = (state.len(), 1 + 2 * state.len());
+        let mut rows = state.repeat(neighbours);
+        for d in 0..dim {
+            rows[(1 + 2 * d) * dim + d] += STEP;
+            rows[(2 + 2 * d) * dim + d] -= STEP;
+        }
+        let set = ParticleSet::from_rows(dim, &rows).expect("as many states as neighbours");
+        let mut posed = vec![0.0; figure.model.len() * 3 * neighbours];
+        let mut first = 0;
+        for block in set.blocks() {
+            let count = block.len();
+            let mut of_block = vec![0.0; figure.model.len() * 3 * count];
+            figure.model.points(block, 0, count, &mut of_block);
+            for (row, of_block) in posed.chunks_mut(neighbours).zip(of_block.chunks(count)) {
+                row[first..first + count].copy_from_slice(of_block);
+            }
+            first += count;
+        }
+        Self { figure, projection, state, posed, neighbours }
+    }
+
+    /// How many columns the state has.
+    pub fn dim(&self) -> usize {
+        self.state.len()
+    }
+
+    /// Where a point of the figure is: world, m.
+    pub fn at(&self, point: usize) -> Vector3<f64> {
+        Vector3::from_fn(|d, _| self.posed[(3 * point + d) * self.neighbours])
+    }
+
+    /// How it moves with the state, `(3, D)`.
+    pub fn slope(&self, point: usize) -> Matrix3xX<f64> {
+        Matrix3xX::from_fn(self.dim(), |d, column| {
+            let row = &self.posed[(3 * point + d) * self.neighbours..];
+            (row[1 + 2 * column] - row[2 + 2 * column]) / (2.0 * STEP)
+        })
+    }
+
+    /// Where the camera sees it, and how that moves with the state, `(2, D)`; none behind the camera.
+    pub fn seen(&self, point: usize) -> Option<(Seen, Matrix2xX<f64>)> {
+        let at = self.at(point);
+        let (_, slope) = self.projection.see_with_slope(at)?;
+        Some((self.projection.see(at.into()), slope * self.slope(point)))
+    }
+}
+
+/// Rows of what was measured, put together: residual, slope `(D,)` and variance of each.
+#[derive(Default)]
+pub struct Rows(Vec<(f64, DVector<f64>, f64)>);
+
+impl Rows {
+    /// One more number.
+    pub fn push(&mut self, residual: f64, slope: DVector<f64>, variance: f64) {
+        self.0.push((residual, slope, variance));
+    }
+
+    /// Two more, of a pixel.
+    pub fn push_pixel(&mut self, residual: Vector2<f64>, slope: &Matrix2xX<f64>, variance: f64) {
+        for d in 0..2 {
+            self.push(residual[d], slope.row(d).transpose(), variance);
+        }
+    }
+
+    /// Three more, of a place or a direction.
+    pub fn push_vector(&mut self, residual: Vector3<f64>, slope: &Matrix3xX<f64>, variance: f64) {
+        for d in 0..3 {
+            self.push(residual[d], slope.row(d).transpose(), variance);
+        }
+    }
+
+    /// As one measurement of states that have `dim` columns, these the first of them; none of no rows.
+    pub fn linear(self, dim: usize) -> Option<Linear> {
+        let Self(rows) = self;
+        if rows.is_empty() {
+            return None;
+        }
+        let residual = DVector::from_iterator(rows.len(), rows.iter().map(|row| row.0));
+        let noise = DMatrix::from_diagonal(&DVector::from_iterator(rows.len(), rows.iter().map(|row| row.2)));
+        let mut slope = DMatrix::zeros(rows.len(), dim);
+        for (mut to, (_, row, _)) in slope.row_iter_mut().zip(&rows) {
+            to.columns_mut(0, row.len()).copy_from(&row.transpose());
+        }
+        Some((residual, slope, noise))
+    }
+}

@@ -1,0 +1,260 @@
+//! The body over a whole recording: the particles' track, smoothed.
+//!
+//! Not in the paper. Joints that a detector saw, or the particles where there was none, orientations of sensors, effort and the
+//! limits of joints are what the trajectory must explain, with velocities ([`super::momentum`]) between the frames. It starts
+//! from the particles' track, or from the first pose held where that leads to more; then limbs are mirrored ([`super::mirrored`]).
+
+use super::cues::keypoints::{Keypoint, KeypointLook, Person, nearest};
+use super::figure::{Figure, KEY_JOINTS};
+use super::method::BodyMethod;
+use super::mirrored::Places;
+use super::momentum::{Momentum, Moving};
+use super::picture::Picture;
+use super::sloped::Sloped;
+use super::trajectory::{Body, Kept, Pulls, Trajectory};
+use crate::Result;
+use crate::estimate::{Estimate, Point};
+use crate::filter::{Component, Gaussian, Mixture, settle, smooth};
+use crate::particles::{Interval, LOWER, Summary, UPPER};
+use crate::projection::Projection;
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use rayon::prelude::*;
+
+/// How often a stretch is linearised again, and when that is enough, in standard deviations.
+const TURNS: usize = 20;
+const SETTLED: f64 = 0.05;
+/// Frames that are smoothed together, and how many before and after them besides: time grows with the recording, memory hardly.
+const WINDOW: usize = 600;
+const LEAD: usize = 200;
+/// Where a stretch begins amid a recording it is known so many times worse than at the first frame.
+const AMID: f64 = 3.0;
+/// How long a posture lasts, s: as often what speaks against it is said anew.
+const POSTURE_S: f64 = 2.0;
+/// Limbs are mirrored in frames so far apart, s.
+const STEP_S: f64 = 0.03;
+/// A branch of less weight is left out.
+const LEAST: f64 = 1e-3;
+/// Nothing is known better, m or rad.
+const LEAST_SD: f64 = 1e-9;
+
+/// A way in which the recording may have been, smoothed.
+struct Branch {
+    states: Vec<Gaussian>,
+    cost: f64,
+    weight: f64,
+}
+
+/// A recording of a body that particles have been through.
+#[derive(Clone, Copy)]
+pub(super) struct Recorded<'a> {
+    pub figure: &'a Figure,
+    pub projection: &'a Projection,
+    pub method: &'a BodyMethod,
+    pub momentum: &'a Momentum,
+    pub frames: &'a [Kept],
+}
+
+/// Where the joints are seen at a frame: by a detector, or by the particles where there is none.
+pub(super) fn seen(
+    (figure, projection): (&Figure, &Projection),
+    picture: &Picture,
+    look: KeypointLook,
+    (mean, joints): (&DVector<f64>, &Summary),
+) -> Option<Person> {
+    let person = nearest(&picture.keypoints, figure, &figure.seen(projection, mean.as_slice()), look);
+    // Without a picture either, the particles have seen nothing.
+    person.copied().or_else(|| picture.edges.is_some().then(|| seen_by_particles(projection, joints)))
+}
+
+/// Where particles see the key joints, as a detector would; they know nothing of hips.
+fn seen_by_particles(projection: &Projection, joints: &Summary) -> Person {
+    let keypoint = |k: usize| {
+        let first = 3 * (k + 1);
+        let at: Vector3<f64> = joints.mean.fixed_rows::<3>(first).into();
+        let spread: Matrix3<f64> = joints.covariance.fixed_view::<3, 3>(first, first).into();
+        let (seen, away) = (projection.see(at.into()), projection.viewing_direction(at));
+        let across = (0.5 * (spread.trace() - away.dot(&(spread * away)))).max(0.0).sqrt();
+        seen.px_per_m.is_finite().then_some(Keypoint { pixel: [seen.u, seen.v], sd_px: across * seen.px_per_m })
+    };
+    std::array::from_fn(|k| if k + 1 < KEY_JOINTS.len() { keypoint(k) } else { None })
+}
+
+impl Recorded<'_> {
+    /// The frames from `first` on, as many as are smoothed together, each given all about it; none beyond the last.
+    ///
+    /// # Errors
+    /// [`crate::Error::Singular`], [`crate::Error::RanAway`] where no trajectory is found.
+    pub fn estimates(&self, first: usize) -> Result<Vec<Estimate>> {
+        let count = self.frames.len();
+        if first >= count {
+            return Ok(Vec::new());
+        }
+        // What is left is not cut into a window and a rest.
+        let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
+        let (from, to) = (first.saturating_sub(LEAD), (end + LEAD).min(count));
+        let branches = self.branches(from, to)?;
+        let of_frame = |frame: usize| {
+            let each = branches.iter().map(|branch| (branch.weight, &branch.states[frame - from]));
+            self.estimate(&self.frames[frame], &each.collect::<Vec<_>>())
+        };
+        Ok((first..end).map(of_frame).collect())
+    }
+
+    /// One window: every branch, with its weight, the heaviest first.
+    fn branches(&self, from: usize, to: usize) -> Result<Vec<Branch>> {
+        let moving = self.momentum.of(self.figure);
+        let frames = &self.frames[from..to];
+        let pose = self.figure.model.start();
+        let start = if from == 0 { moving.start(&pose, 1.0) } else { moving.start(&frames[0].mean, AMID) };
+        let span_s = frames[frames.len() - 1].time_s - frames[0].time_s;
+        let share = (span_s / frames.len() as f64 / POSTURE_S).min(1.0);
+        let method = BodyMethod { effort_loss: self.method.effort_loss * share, ..self.method.clone() };
+        let layer = Body::whole(&method);
+        let body =
+            Body { figure: self.figure, projection: self.projection, method: &method, layer: &layer, moving: &moving };
+        let trajectory = |frames| Trajectory { body, frames, start: start.clone(), end: None, pulls: Pulls::new() };
+        // Ways that limbs may have gone are told apart by few frames as well as by many.
+        let few = few(frames);
+        let (sketch, whole) = (trajectory(&few), trajectory(frames));
+        let held = (from == 0).then(|| vec![start.mean.clone(); few.len()]);
+        let starts: Vec<_> = std::iter::once(along(&few, &moving)).chain(held).collect();
+        let found = good(starts.into_par_iter().map(|start| sketch.settled(start)).collect())?;
+        let alike = found.iter().map(|at| sketch.alike(at)).fold(1.0, f64::max);
+        let branch = |at| whole.branch(&few, &sketch.mirrored(at, alike), alike);
+        let mut branches = good(found.into_par_iter().map(branch).collect())?;
+        branches.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+        let least = branches[0].cost;
+        for branch in &mut branches {
+            branch.weight = (0.5 * (least - branch.cost)).exp();
+        }
+        let sum: f64 = branches.iter().map(|branch| branch.weight).sum();
+        for branch in &mut branches {
+            branch.weight /= sum;
+        }
+        branches.retain(|branch| branch.weight > LEAST);
+        Ok(branches)
+    }
+
+    /// What the branches say of the body at a frame.
+    fn estimate(&self, frame: &Kept, branches: &[(f64, &Gaussian)]) -> Estimate {
+        let each: Vec<(f64, Gaussian, Gaussian)> = branches
+            .iter()
+            .map(|(weight, state)| {
+                let (angles, joints) = self.posed(state);
+                (*weight, angles, joints)
+            })
+            .collect();
+        let mut joints = together(&each.iter().map(|(weight, _, joints)| (*weight, joints)).collect::<Vec<_>>());
+        self.method.unseen.add(&mut joints, self.projection, frame.time_s - self.frames[0].time_s);
+        let mut state = together(&each.iter().map(|(weight, angles, _)| (*weight, angles)).collect::<Vec<_>>());
+        // Between two branches there is no pose: the heaviest is one.
+        state.mean = state.mode.clone();
+        Estimate {
+            time_s: frame.time_s,
+            places: (0..KEY_JOINTS.len()).map(|joint| Point::of_columns(&joints, 3 * joint)).collect(),
+            state,
+            ess: None,
+            log_evidence: None,
+            doubt: None,
+            blobs: frame.blobs,
+        }
+    }
+
+    /// Channels and key joints of a state, m.
+    fn posed(&self, state: &Gaussian) -> (Gaussian, Gaussian) {
+        let dim = self.figure.model.dim();
+        let mean = state.mean.rows(0, dim).into_owned();
+        let covariance = state.covariance.view((0, 0), (dim, dim)).into_owned();
+        let sloped = Sloped::new(self.figure, self.projection, mean.as_slice());
+        let mut slopes = DMatrix::zeros(3 * KEY_JOINTS.len(), dim);
+        let mut places = DVector::zeros(3 * KEY_JOINTS.len());
+        for joint in 0..KEY_JOINTS.len() {
+            slopes.rows_mut(3 * joint, 3).copy_from(&sloped.slope(joint));
+            places.rows_mut(3 * joint, 3).copy_from(&sloped.at(joint));
+        }
+        let spread = &slopes * &covariance * slopes.transpose();
+        (Gaussian { mean, covariance }, Gaussian { mean: places, covariance: spread })
+    }
+}
+
+impl Trajectory<'_> {
+    /// The nearest trajectory that explains most.
+    fn settled(&self, start: Vec<DVector<f64>>) -> Result<Vec<DVector<f64>>> {
+        Ok(settle(self, start, TURNS, SETTLED)?.at)
+    }
+
+    /// From the states at a few of its frames; so many of those are alike.
+    fn branch(&self, few: &[Kept], at: &[DVector<f64>], alike: f64) -> Result<Branch> {
+        let states = smooth(self, between(few, at, self.frames), TURNS, SETTLED)?.states;
+        let means: Vec<_> = states.iter().map(|state| state.mean.clone()).collect();
+        let cost = self.implausibility(&means, alike * self.frames.len() as f64 / few.len() as f64)?;
+        Ok(Branch { states, cost, weight: 1.0 })
+    }
+}
+
+/// The first frame, and every one that follows the last taken by long enough.
+fn few(frames: &[Kept]) -> Vec<Kept> {
+    let mut few: Vec<Kept> = Vec::new();
+    for frame in frames {
+        if few.last().is_none_or(|last| frame.time_s - last.time_s >= STEP_S) {
+            few.push(frame.clone());
+        }
+    }
+    few
+}
+
+/// The states of all frames between those of a few.
+fn between(few: &[Kept], at: &[DVector<f64>], frames: &[Kept]) -> Vec<DVector<f64>> {
+    let state = |frame: &Kept| {
+        let next = few.partition_point(|known| known.time_s <= frame.time_s).clamp(1, few.len());
+        if next == few.len() {
+            return at[next - 1].clone();
+        }
+        let (before, after) = (few[next - 1].time_s, few[next].time_s);
+        at[next - 1].lerp(&at[next], (frame.time_s - before) / (after - before))
+    };
+    frames.iter().map(state).collect()
+}
+
+/// Those that were found; an error where there is none.
+fn good<T>(found: Vec<Result<T>>) -> Result<Vec<T>> {
+    let (good, bad): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
+    match bad.into_iter().next() {
+        Some(error) if good.is_empty() => error.map(|found| vec![found]),
+        _ => good.into_iter().collect(),
+    }
+}
+
+/// Weighted normal distributions as one summary; the heaviest is the first.
+fn together(parts: &[(f64, &Gaussian)]) -> Summary {
+    let of = |part: &(f64, &Gaussian)| Component { gaussian: part.1.clone(), log_weight: part.0.ln() };
+    let (mean, covariance) = Mixture::of(parts.iter().map(of).collect()).moments();
+    let band = |d: usize| {
+        let sd = |state: &Gaussian| state.covariance[(d, d)].max(0.0).sqrt().max(LEAST_SD);
+        let parts: Vec<_> = parts.iter().map(|(weight, state)| (*weight, state.mean[d], sd(state))).collect();
+        Interval { lo: Mixture::quantile(&parts, LOWER), hi: Mixture::quantile(&parts, UPPER) }
+    };
+    let bands = (0..mean.len()).map(band).collect();
+    Summary { mean, covariance, bands, mode: parts[0].1.mean.clone() }
+}
+
+/// The particles' track, with the velocities that it has.
+fn along(frames: &[Kept], moving: &Moving) -> Vec<DVector<f64>> {
+    let state = |k: usize| {
+        let (before, after) = (&frames[k.saturating_sub(1)], &frames[(k + 1).min(frames.len() - 1)]);
+        let elapsed_s = (after.time_s - before.time_s).max(f64::MIN_POSITIVE);
+        let count = frames[k].mean.len();
+        DVector::from_fn(moving.dim(), |d, _| {
+            if d < count { frames[k].mean[d] } else { (after.mean[d - count] - before.mean[d - count]) / elapsed_s }
+        })
+    };
+    (0..frames.len()).map(state).collect()
+}
+
+impl Trajectory<'_> {
+    /// Where a state has the key joints.
+    pub(super) fn places(&self, state: &DVector<f64>) -> Places {
+        let sloped = Sloped::new(self.body.figure, self.body.projection, &state.as_slice()[..state.len() / 2]);
+        std::array::from_fn(|joint| sloped.at(joint))
+    }
+}

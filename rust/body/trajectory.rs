@@ -1,0 +1,162 @@
+//! A stretch of a body's recording as a chain of states that is smoothed ([`super::smooth`]).
+
+use super::cues::Blend;
+use super::cues::keypoints::{KEYPOINTS, Person};
+use super::cues::orientation::Orientation;
+use super::figure::{Figure, Group};
+use super::method::{BodyLayer, BodyMethod, CueName, Frame, Mover};
+use super::momentum::Moving;
+use super::picture::Picture;
+use super::skin::Blobs;
+use super::sloped::{Rows, Sloped};
+use crate::Result;
+use crate::filter::{Chain, Gaussian, Linear, cost_of};
+use crate::projection::Projection;
+use nalgebra::{DMatrix, DVector, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// How near a place is wanted to where it is pulled, m.
+const PULLED_SD_M: f64 = 0.02;
+
+/// A frame as the particles met it, and what they made of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Kept {
+    /// Recording time, s.
+    pub time_s: f64,
+    /// Where the joints were seen: by a detector, or by the particles where there was none.
+    pub seen: Option<Person>,
+    /// Of segments that wore a sensor.
+    pub orientations: Vec<Orientation>,
+    /// The particles' mean, `(D,)`.
+    pub mean: Vec<f64>,
+    /// The blob given to each wearer.
+    pub blobs: Blobs,
+}
+
+/// What is posed, by what it is seen and how it moves.
+#[derive(Clone, Copy)]
+pub(super) struct Body<'a> {
+    pub figure: &'a Figure,
+    pub projection: &'a Projection,
+    /// Its cues, with all groups.
+    pub method: &'a BodyMethod,
+    pub layer: &'a BodyLayer,
+    pub moving: &'a Moving,
+}
+
+impl Body<'_> {
+    /// All that any layer weighs by, of all groups.
+    pub fn whole(method: &BodyMethod) -> BodyLayer {
+        let mut cues: Vec<CueName> = Vec::new();
+        for cue in method.layers.iter().flat_map(|layer| &layer.cues) {
+            if !cues.contains(cue) {
+                cues.push(*cue);
+            }
+        }
+        let mover = Mover { groups: vec![Group::Torso, Group::LeftArm, Group::RightArm], spread: 1.0 };
+        BodyLayer { mover, cues, blend: Blend::Sum { sharpness: 1.0 } }
+    }
+}
+
+/// Points of the figure that are drawn to given places: at a step, a point, the place.
+pub(super) type Pulls = Vec<(usize, usize, Vector3<f64>)>;
+
+/// Frames that follow each other, what is known where they begin, and where they must end.
+pub(super) struct Trajectory<'a> {
+    pub body: Body<'a>,
+    pub frames: &'a [Kept],
+    pub start: Gaussian,
+    /// Where a longer trajectory goes on.
+    pub end: Option<Gaussian>,
+    pub pulls: Pulls,
+}
+
+impl Chain for Trajectory<'_> {
+    fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    fn time_s(&self, step: usize) -> f64 {
+        self.frames[step].time_s
+    }
+
+    fn start(&self, step: usize) -> Option<Gaussian> {
+        (step == 0).then(|| self.start.clone())
+    }
+
+    fn predict(&self, step: usize, state: &mut Gaussian) -> DMatrix<f64> {
+        self.body.moving.predict(self.elapsed_s(step), state)
+    }
+
+    fn surprise(&self, step: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+        self.body.moving.surprise(self.elapsed_s(step), from, to)
+    }
+
+    fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
+        let Body { figure, projection, method, layer, moving } = self.body;
+        let kept = &self.frames[step];
+        let (picture, blobs) = (Picture::empty(), Blobs::default());
+        let (orientations, person) = (kept.orientations.as_slice(), kept.seen.as_ref());
+        let frame = Frame { figure, projection, picture: &picture, orientations, blobs, person, bare: 1.0 };
+        let sloped = Sloped::new(figure, projection, &at.as_slice()[..figure.model.dim()]);
+        let mut rows = Rows::default();
+        for cue in method.cues_of(layer, &frame) {
+            cue.linearise(&sloped, &mut rows);
+        }
+        for (_, point, place) in self.pulls.iter().filter(|(at, ..)| *at == step) {
+            rows.push_vector(place - sloped.at(*point), &sloped.slope(*point), PULLED_SD_M.powi(2));
+        }
+        let mut measured: Vec<Linear> = rows.linear(moving.dim()).into_iter().collect();
+        if let Some(end) = self.end.as_ref().filter(|_| step + 1 == self.frames.len()) {
+            let identity = DMatrix::identity(moving.dim(), moving.dim());
+            measured.push((&end.mean - at, identity, end.covariance.clone()));
+        }
+        Ok(measured)
+    }
+}
+
+impl Trajectory<'_> {
+    /// Minus twice the log posterior of a trajectory, but for a constant, where so many frames' errors are alike.
+    ///
+    /// # Errors
+    /// What cannot be linearised there.
+    pub fn implausibility(&self, at: &[DVector<f64>], alike: f64) -> Result<f64> {
+        let priors = [CueName::Effort, CueName::Limits];
+        let layer = self.body.layer;
+        let cues = layer.cues.iter().copied().filter(|cue| priors.contains(cue)).collect();
+        let unseen = BodyLayer { cues, ..layer.clone() };
+        let (start, end, pulls) = (self.start.clone(), self.end.clone(), Pulls::new());
+        let body = Body { layer: &unseen, ..self.body };
+        let prior = cost_of(&Trajectory { body, frames: self.frames, start, end, pulls }, at)?;
+        Ok(prior + (cost_of(self, at)? - prior) / alike)
+    }
+
+    /// How many frames' errors are one and the same: what the sum of all errors is more than that of as many that are not alike.
+    pub fn alike(&self, at: &[DVector<f64>]) -> f64 {
+        let Body { figure, projection, method, .. } = self.body;
+        let (mut sums, mut squares) = ([[0.0; 2]; KEYPOINTS.len()], 0.0);
+        for (kept, state) in self.frames.iter().zip(at) {
+            let sloped = Sloped::new(figure, projection, &state.as_slice()[..figure.model.dim()]);
+            let px_per_m = projection.see(sloped.at(0).into()).px_per_m;
+            let Some(person) = &kept.seen else { continue };
+            for (k, keypoint) in person.iter().enumerate() {
+                let (Some(keypoint), Some(point)) = (keypoint, figure.keypoints[k]) else { continue };
+                let Some((seen, _)) = sloped.seen(point) else { continue };
+                let spread = method.keypoints.inflation * keypoint.sd_px.hypot(KEYPOINTS[k].2 * px_per_m);
+                let off = [seen.u - keypoint.pixel[0], seen.v - keypoint.pixel[1]].map(|x| x / spread);
+                if off[0].hypot(off[1]) < method.keypoints.reach {
+                    for (sum, off) in sums[k].iter_mut().zip(off) {
+                        *sum += off;
+                        squares += off * off;
+                    }
+                }
+            }
+        }
+        let sum: f64 = sums.iter().flatten().map(|sum: &f64| sum * sum).sum();
+        (sum / squares.max(f64::MIN_POSITIVE) / method.keypoints.inflation.powi(2)).max(1.0)
+    }
+
+    fn elapsed_s(&self, step: usize) -> f64 {
+        self.frames[step].time_s - self.frames[step - 1].time_s
+    }
+}

@@ -1,0 +1,146 @@
+//! What a body's cues say when they are linearised, and a recording that is smoothed by them.
+
+mod figure;
+
+use figure::{ALL, LOOK, SUM, figure, figure_from, layer, method, projection, tracker, update};
+use nalgebra::{DVector, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use pytracker::body::cues::Cue;
+use pytracker::body::cues::effort::Effort;
+use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, Person};
+use pytracker::body::cues::limits::Limits;
+use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
+use pytracker::body::sloped::{Rows, Sloped};
+use pytracker::body::{BodyMethod, CueName, Figure, Group, Momentum, Picture};
+use pytracker::{Error, Tracker};
+
+/// The root's place, the left shoulder's three turns and the elbow's.
+const FREE: [usize; 6] = [0, 1, 6, 7, 8, 9];
+
+/// Residuals of a cue about a state, and their slopes.
+fn linearised(figure: &Figure, cue: &dyn Cue, state: &[f64]) -> Option<(DVector<f64>, nalgebra::DMatrix<f64>)> {
+    let projection = projection();
+    let mut rows = Rows::default();
+    cue.linearise(&Sloped::new(figure, &projection, state), &mut rows);
+    rows.linear(state.len()).map(|(residual, slope, _)| (residual, slope))
+}
+
+fn person() -> Person {
+    std::array::from_fn(|k| Some(Keypoint { pixel: [90.0 + 10.0 * k as f64, 60.0], sd_px: 2.0 }))
+}
+
+proptest! {
+    /// A residual falls as its slope says.
+    #[test]
+    fn slopes_are_those_of_the_residuals(state in prop::array::uniform6(-0.9_f64..0.9), turn in prop::array::uniform3(-1.0_f64..1.0)) {
+        let figure = figure(&FREE);
+        let q_world_segment = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
+        let orientation = Orientation { segment: Segment::UpperArm(Group::LeftArm), q_world_segment, sd: 0.1, roll_sd: 1e9 };
+        let seen = person();
+        let (orientations, inflation) = ([Orientation { roll_sd: f64::INFINITY, ..orientation }], 1.0);
+        let cues: [Box<dyn Cue>; 4] = [
+            Box::new(KeypointDistance { person: &seen, groups: &ALL, look: LOOK }),
+            Box::new(Effort { groups: &ALL, loss: 1.0 }),
+            Box::new(OrientationDistance { orientations: &orientations, groups: &ALL, inflation }),
+            Box::new(Limits),
+        ];
+        let mut told = 0;
+        for cue in &cues {
+            let Some((residual, slope)) = linearised(&figure, cue.as_ref(), &state) else { continue };
+            told += 1;
+            for d in 0..state.len() {
+                let at = |by: f64| {
+                    let mut moved = state;
+                    moved[d] += by;
+                    linearised(&figure, cue.as_ref(), &moved).map(|(residual, _)| residual)
+                };
+                let (Some(after), Some(before)) = (at(1e-5), at(-1e-5)) else { continue };
+                if after.len() == residual.len() && before.len() == residual.len() {
+                    let found = (before - after) / 2e-5;
+                    prop_assert!((found - slope.column(d)).amax() < 1e-3 * (1.0 + slope.amax()));
+                }
+            }
+        }
+        prop_assert!(told >= 3);
+    }
+
+    /// A roll is told as an angle, and turns as the segment does.
+    #[test]
+    fn a_roll_is_told(roll in -1.0_f64..1.0) {
+        let figure = figure(&FREE);
+        // The upper arm's +y is from elbow to shoulder, its +x the elbow's axis: both along the world's x here but for their sign.
+        let lying = [0.0, 0.0, 0.3, 0.0, 0.0, 0.0];
+        let along = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
+        let q_world_segment = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll) * along;
+        let orientations = [Orientation { segment: Segment::UpperArm(Group::LeftArm), q_world_segment, sd: 0.1, roll_sd: 0.1 }];
+        let cue = OrientationDistance { orientations: &orientations, groups: &ALL, inflation: 1.0 };
+        let (residual, _) = linearised(&figure, &cue, &lying).unwrap();
+        prop_assert!(residual.len() == 4 && residual.iter().all(|x| x.is_finite()));
+    }
+}
+
+/// How far the left arm is turned out of the picture's plane: through it at half a second, and at one and a half.
+fn turned(time_s: f64) -> f64 {
+    0.8 * (std::f64::consts::PI * time_s).cos()
+}
+
+/// What a detector sees of it: elbow and wrist.
+fn seen_at(time_s: f64) -> Picture {
+    let wide = turned(time_s).cos();
+    let at = |reach: f64| Some(Keypoint { pixel: [118.0 + 100.0 * reach * wide, 55.0], sd_px: 1.0 });
+    let mut person: Person = Default::default();
+    (person[3], person[5]) = (at(0.3), at(0.55));
+    person[1] = Some(Keypoint { pixel: [118.0, 55.0], sd_px: 1.0 });
+    person[2] = Some(Keypoint { pixel: [82.0, 55.0], sd_px: 1.0 });
+    Picture { keypoints: vec![person], ..Picture::empty() }
+}
+
+fn smoothed_by(momentum: Momentum) -> BodyMethod {
+    let layer = layer(&ALL, &[CueName::Keypoints, CueName::Limits], SUM);
+    BodyMethod { smoothing: Some(momentum), ..method(layer, 0.0) }
+}
+
+const MOMENTUM: Momentum = Momentum { base: 0.5, turn: 2.0, joint: 3.0, lasts_s: 1.0, first_m: 0.01, first_rad: 0.05 };
+
+fn followed(count: u32, seed: u64) -> Tracker {
+    let mut tracker = tracker(figure_from(&[0, 1, 7], 7, turned(0.0)), smoothed_by(MOMENTUM), seed).unwrap();
+    for k in 0..count {
+        let time_s = f64::from(k) / 30.0;
+        update(&mut tracker, time_s, &seen_at(time_s)).unwrap();
+    }
+    tracker
+}
+
+/// Two ways on look alike where a limb passes through the picture's plane: how it moves tells them apart.
+#[test]
+fn a_limb_goes_on_as_it_moves() {
+    for seed in 0..4 {
+        let tracker = followed(61, seed);
+        let estimates = tracker.smoothed(0).unwrap();
+        assert_eq!(estimates.len(), 61);
+        for estimate in &estimates {
+            let (found, truth) = (estimate.state.mean[2], turned(estimate.time_s));
+            assert!((found - truth).abs() < 0.25, "at {} s: {found} is not {truth}", estimate.time_s);
+            let wrist = &estimate.places[6];
+            assert!(wrist.lo.z <= wrist.mean.z && wrist.mean.z <= wrist.hi.z);
+        }
+        assert!(tracker.smoothed(61).unwrap().is_empty());
+    }
+}
+
+/// A tracker that was saved in between smooths to the same bits; one that does not smooth has nothing to say.
+#[test]
+fn what_is_kept_is_saved() {
+    let kept = followed(20, 1);
+    let again = Tracker::restore(&kept.save().unwrap()).unwrap();
+    assert_eq!(kept.smoothed(0).unwrap(), again.smoothed(0).unwrap());
+    let mut plain = tracker(figure(&FREE), method(layer(&ALL, &[CueName::Keypoints], SUM), 0.0), 1).unwrap();
+    update(&mut plain, 0.0, &seen_at(0.0)).unwrap();
+    assert!(plain.smoothed(0).unwrap().is_empty());
+}
+
+#[test]
+fn ranges_are_checked() {
+    let bad = smoothed_by(Momentum { lasts_s: 0.0, ..MOMENTUM });
+    assert!(matches!(tracker(figure(&FREE), bad, 1), Err(Error::Parameter { name: "velocity_lasts_s", .. })));
+}
