@@ -95,9 +95,9 @@ impl Recorded<'_> {
         let branches = self.branches(from, to)?;
         let of_frame = |frame: usize| {
             let each = branches.iter().map(|branch| (branch.weight, &branch.states[frame - from]));
-            self.estimate(&self.frames[frame], &each.collect::<Vec<_>>())
+            self.estimate(&self.frames[frame], &each.collect::<Vec<_>>()).checked()
         };
-        Ok((first..end).map(of_frame).collect())
+        (first..end).map(of_frame).collect()
     }
 
     /// One window: every branch, with its weight, the heaviest first.
@@ -131,7 +131,9 @@ impl Recorded<'_> {
         for branch in &mut branches {
             branch.weight /= sum;
         }
-        branches.retain(|branch| branch.weight > LEAST);
+        // The heaviest stays, whatever it weighs.
+        let heavy = branches.iter().take_while(|branch| branch.weight > LEAST).count();
+        branches.truncate(heavy.max(1));
         Ok(branches)
     }
 
