@@ -236,7 +236,7 @@ def with_keypoints(folder: Path, table: Path, to: Path) -> pt.BodyRecording:
 def test_people_with_a_detectors_keypoints(
     shared: Callable[[str], Path], tmp_path: Path, method: BodyMethod, limits_m: tuple[float, float, float]
 ) -> None:
-    """Real people, nothing tuned on these clips, three seeds: wrist, across the picture, elbow; none lost.
+    """Real people, three seeds: wrist, across the picture, elbow; none lost. Little was tuned on these clips (README).
 
     Measured: 5.4, 2.2 and 5.5 cm; smoothed 4.8, 1.5 and 3.2 (README's table has all seeds).
     """
