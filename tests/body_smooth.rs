@@ -2,7 +2,7 @@
 
 mod figure;
 
-use figure::{ALL, LOOK, SUM, figure, figure_from, layer, method, projection, tracker, update};
+use figure::{ALL, LOOK, SUM, figure, figure_bending, figure_from, layer, method, projection, tracker, update};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use pytracker::body::cues::Cue;
@@ -64,18 +64,27 @@ proptest! {
         prop_assert!(told >= 3);
     }
 
-    /// A roll is told as an angle, and turns as the segment does.
+    /// The roll is the last of four rows: the angle between the sensor's elbow axis and the arm's, and its slope.
     #[test]
-    fn a_roll_is_told(roll in -1.0_f64..1.0) {
-        let figure = figure(&FREE);
-        // The upper arm's +y is from elbow to shoulder, its +x the elbow's axis: both along the world's x here but for their sign.
-        let lying = [0.0, 0.0, 0.3, 0.0, 0.0, 0.0];
+    fn a_roll_is_told(roll in -1.0_f64..1.0, turned in -1.0_f64..1.0) {
+        let figure = figure_bending(&FREE);
+        // The arm lies along x and turns about itself by its x; +y of a sensor on it points from elbow to shoulder, -x.
+        let lying = |turned: f64| [0.0, 0.0, turned, 0.0, 0.0, 0.0];
         let along = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2);
-        let q_world_segment = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll) * along;
-        let orientations = [Orientation { segment: Segment::UpperArm(Group::LeftArm), q_world_segment, sd: 0.1, roll_sd: 0.1 }];
-        let cue = OrientationDistance { orientations: &orientations, groups: &ALL, inflation: 1.0 };
-        let (residual, _) = linearised(&figure, &cue, &lying).unwrap();
-        prop_assert!(residual.len() == 4 && residual.iter().all(|x| x.is_finite()));
+        let residual = |roll: f64, turned: f64| {
+            let q_world_segment = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll) * along;
+            let segment = Segment::UpperArm(Group::LeftArm);
+            let orientations = [Orientation { segment, q_world_segment, sd: 0.1, roll_sd: 0.1 }];
+            let cue = OrientationDistance { orientations: &orientations, groups: &ALL, inflation: 1.0 };
+            linearised(&figure, &cue, &lying(turned)).unwrap()
+        };
+        let (found, slope) = residual(roll, turned);
+        prop_assert_eq!(found.len(), 4);
+        let by_sensor = (residual(roll + 1e-5, turned).0[3] - residual(roll - 1e-5, turned).0[3]) / 2e-5;
+        let by_arm = (residual(roll, turned - 1e-5).0[3] - residual(roll, turned + 1e-5).0[3]) / 2e-5;
+        prop_assert!((slope[(3, 2)] - by_arm).abs() < 1e-3, "{} is not {by_arm}", slope[(3, 2)]);
+        // Both turn about the same axis: the arm's turn takes away what the sensor's adds.
+        prop_assert!((by_sensor.abs() - 1.0).abs() < 1e-3 && (by_sensor - by_arm).abs() < 1e-3);
     }
 }
 

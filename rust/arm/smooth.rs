@@ -15,7 +15,7 @@ use super::timeline::Timeline;
 use super::worn::WornMotion;
 use crate::Result;
 use crate::estimate::{Estimate, Point};
-use crate::filter::{Gaussian, Smoothed};
+use crate::filter::{Gaussian, Smoothed, successes, window};
 use crate::observation::Sample;
 use crate::quaternion::Quaternion;
 use nalgebra::{DMatrix, DVector, Vector2};
@@ -30,9 +30,6 @@ const MOST: f64 = 0.4;
 /// A branch of less weight is left out.
 const LEAST: f64 = 1e-4;
 
-/// Frames that are smoothed together, and how many before and after them besides: memory does not grow with the recording.
-const WINDOW: usize = 600;
-const LEAD: usize = 200;
 /// What is known where a window starts amid a recording, beyond where the mixture has it: wrist, m, and velocity, m/s.
 const AMID_M: f64 = 0.1;
 const AMID_M_S: f64 = 0.3;
@@ -95,12 +92,9 @@ impl<'a> Recorded<'a> {
         if first >= count {
             return Ok(Vec::new());
         }
-        // What is left is not cut into a window and a rest.
-        let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
-        let (from, to) = (first.saturating_sub(LEAD), (end + LEAD).min(count));
-        let window = Self { frames: &self.frames[from..to], samples: self.samples_of(from, to), ..*self };
-        let mut estimates: Vec<Estimate> =
-            window.smoothed()?.into_iter().skip(first - from).take(end - first).collect();
+        let (end, [from, to]) = window(first, count);
+        let part = Self { frames: &self.frames[from..to], samples: self.samples_of(from, to), ..*self };
+        let mut estimates: Vec<Estimate> = part.smoothed()?.into_iter().skip(first - from).take(end - first).collect();
         self.judge(first, &mut estimates);
         Ok(estimates)
     }
@@ -136,12 +130,7 @@ impl<'a> Recorded<'a> {
 
     /// Those of the delays with which a trajectory is found; an error where there is none.
     fn at_delays(&self, delays: &[f64]) -> Result<Vec<Delayed>> {
-        let each: Vec<Result<Delayed>> = delays.par_iter().map(|delay_s| self.delayed(*delay_s)).collect();
-        let (good, bad): (Vec<_>, Vec<_>) = each.into_iter().partition(Result::is_ok);
-        match bad.into_iter().next() {
-            Some(error) if good.is_empty() => error.map(|found| vec![found]),
-            _ => good.into_iter().collect(),
-        }
+        successes(delays.par_iter().map(|delay_s| self.delayed(*delay_s)).collect())
     }
 
     fn delayed(&self, delay_s: f64) -> Result<Delayed> {

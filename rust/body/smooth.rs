@@ -1,8 +1,8 @@
 //! The body over a whole recording: the particles' track, smoothed.
 //!
 //! Not in the paper. Joints that a detector saw, or the particles where there was none, orientations of sensors, effort and the
-//! limits of joints are what the trajectory must explain, with velocities ([`super::momentum`]) between the frames. It starts
-//! from the particles' track, or from the first pose held where that leads to more; then limbs are mirrored ([`super::mirrored`]).
+//! limits of joints are what the trajectory must explain, with velocities ([`super::momentum`]) between the frames. It is started
+//! from the particles' track and from the first pose held; from either limbs are mirrored ([`super::mirrored`]), and both are weighed.
 
 use super::cues::keypoints::{Keypoint, KeypointLook, Person, nearest};
 use super::figure::{Figure, KEY_JOINTS};
@@ -14,7 +14,7 @@ use super::sloped::Sloped;
 use super::trajectory::{Body, Kept, Pulls, Trajectory};
 use crate::Result;
 use crate::estimate::{Estimate, Point};
-use crate::filter::{Component, Gaussian, Mixture, settle, smooth};
+use crate::filter::{Component, Gaussian, Mixture, settle, smooth, successes, window};
 use crate::particles::{Interval, LOWER, Summary, UPPER};
 use crate::projection::Projection;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
@@ -23,9 +23,6 @@ use rayon::prelude::*;
 /// How often a stretch is linearised again, and when that is enough, in standard deviations.
 const TURNS: usize = 20;
 const SETTLED: f64 = 0.05;
-/// Frames that are smoothed together, and how many before and after them besides: time grows with the recording, memory hardly.
-const WINDOW: usize = 600;
-const LEAD: usize = 200;
 /// Where a stretch begins amid a recording it is known so many times worse than at the first frame.
 const AMID: f64 = 3.0;
 /// How long a posture lasts, s: as often what speaks against it is said anew.
@@ -89,9 +86,7 @@ impl Recorded<'_> {
         if first >= count {
             return Ok(Vec::new());
         }
-        // What is left is not cut into a window and a rest.
-        let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
-        let (from, to) = (first.saturating_sub(LEAD), (end + LEAD).min(count));
+        let (end, [from, to]) = window(first, count);
         let branches = self.branches(from, to)?;
         let of_frame = |frame: usize| {
             let each = branches.iter().map(|branch| (branch.weight, &branch.states[frame - from]));
@@ -118,10 +113,10 @@ impl Recorded<'_> {
         let (sketch, whole) = (trajectory(&few), trajectory(frames));
         let held = (from == 0).then(|| vec![start.mean.clone(); few.len()]);
         let starts: Vec<_> = std::iter::once(along(&few, &moving)).chain(held).collect();
-        let found = good(starts.into_par_iter().map(|start| sketch.settled(start)).collect())?;
+        let found = successes(starts.into_par_iter().map(|start| sketch.settled(start)).collect())?;
         let alike = found.iter().map(|at| sketch.alike(at)).fold(1.0, f64::max);
         let branch = |at| whole.branch(&few, &sketch.mirrored(at, alike), alike);
-        let mut branches = good(found.into_par_iter().map(branch).collect())?;
+        let mut branches = successes(found.into_par_iter().map(branch).collect())?;
         branches.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let least = branches[0].cost;
         for branch in &mut branches {
@@ -180,6 +175,12 @@ impl Recorded<'_> {
 }
 
 impl Trajectory<'_> {
+    /// Where a state has the key joints.
+    pub(super) fn places(&self, state: &DVector<f64>) -> Places {
+        let sloped = Sloped::new(self.body.figure, self.body.projection, &state.as_slice()[..state.len() / 2]);
+        std::array::from_fn(|joint| sloped.at(joint))
+    }
+
     /// The nearest trajectory that explains most.
     fn settled(&self, start: Vec<DVector<f64>>) -> Result<Vec<DVector<f64>>> {
         Ok(settle(self, start, TURNS, SETTLED)?.at)
@@ -218,15 +219,6 @@ fn between(few: &[Kept], at: &[DVector<f64>], frames: &[Kept]) -> Vec<DVector<f6
     frames.iter().map(state).collect()
 }
 
-/// Those that were found; an error where there is none.
-fn good<T>(found: Vec<Result<T>>) -> Result<Vec<T>> {
-    let (good, bad): (Vec<_>, Vec<_>) = found.into_iter().partition(Result::is_ok);
-    match bad.into_iter().next() {
-        Some(error) if good.is_empty() => error.map(|found| vec![found]),
-        _ => good.into_iter().collect(),
-    }
-}
-
 /// Weighted normal distributions as one summary; the heaviest is the first.
 fn together(parts: &[(f64, &Gaussian)]) -> Summary {
     let of = |part: &(f64, &Gaussian)| Component { gaussian: part.1.clone(), log_weight: part.0.ln() };
@@ -251,12 +243,4 @@ fn along(frames: &[Kept], moving: &Moving) -> Vec<DVector<f64>> {
         })
     };
     (0..frames.len()).map(state).collect()
-}
-
-impl Trajectory<'_> {
-    /// Where a state has the key joints.
-    pub(super) fn places(&self, state: &DVector<f64>) -> Places {
-        let sloped = Sloped::new(self.body.figure, self.body.projection, &state.as_slice()[..state.len() / 2]);
-        std::array::from_fn(|joint| sloped.at(joint))
-    }
 }

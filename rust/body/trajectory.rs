@@ -1,7 +1,7 @@
 //! A stretch of a body's recording as a chain of states that is smoothed ([`super::smooth`]).
 
 use super::cues::Blend;
-use super::cues::keypoints::{KEYPOINTS, Person};
+use super::cues::keypoints::{KeypointDistance, Off, Person};
 use super::cues::orientation::Orientation;
 use super::figure::{Figure, Group};
 use super::method::{BodyLayer, BodyMethod, CueName, Frame, Mover};
@@ -12,7 +12,7 @@ use super::sloped::{Rows, Sloped};
 use crate::Result;
 use crate::filter::{Chain, Gaussian, Linear, cost_of};
 use crate::projection::Projection;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// How near a place is wanted to where it is pulled, m.
@@ -38,8 +38,8 @@ pub struct Kept {
 pub(super) struct Body<'a> {
     pub figure: &'a Figure,
     pub projection: &'a Projection,
-    /// Its cues, with all groups.
     pub method: &'a BodyMethod,
+    /// All that it weighs by ([`Body::whole`]).
     pub layer: &'a BodyLayer,
     pub moving: &'a Moving,
 }
@@ -133,27 +133,23 @@ impl Trajectory<'_> {
 
     /// How many frames' errors are one and the same: what the sum of all errors is more than that of as many that are not alike.
     pub fn alike(&self, at: &[DVector<f64>]) -> f64 {
-        let Body { figure, projection, method, .. } = self.body;
-        let (mut sums, mut squares) = ([[0.0; 2]; KEYPOINTS.len()], 0.0);
+        let Body { figure, projection, method, layer, .. } = self.body;
+        let look = method.keypoints;
+        let (mut sums, mut squares) = (vec![Vector2::zeros(); figure.model.len()], 0.0);
         for (kept, state) in self.frames.iter().zip(at) {
-            let sloped = Sloped::new(figure, projection, &state.as_slice()[..figure.model.dim()]);
-            let px_per_m = projection.see(sloped.at(0).into()).px_per_m;
             let Some(person) = &kept.seen else { continue };
-            for (k, keypoint) in person.iter().enumerate() {
-                let (Some(keypoint), Some(point)) = (keypoint, figure.keypoints[k]) else { continue };
-                let Some((seen, _)) = sloped.seen(point) else { continue };
-                let spread = method.keypoints.inflation * keypoint.sd_px.hypot(KEYPOINTS[k].2 * px_per_m);
-                let off = [seen.u - keypoint.pixel[0], seen.v - keypoint.pixel[1]].map(|x| x / spread);
-                if off[0].hypot(off[1]) < method.keypoints.reach {
-                    for (sum, off) in sums[k].iter_mut().zip(off) {
-                        *sum += off;
-                        squares += off * off;
-                    }
+            let sloped = Sloped::new(figure, projection, &state.as_slice()[..figure.model.dim()]);
+            let cue = KeypointDistance { person, groups: &layer.mover.groups, look };
+            for Off { point, residual, spread, .. } in cue.off(&sloped) {
+                let off = residual / spread;
+                if off.norm() < look.reach {
+                    sums[point] += off;
+                    squares += off.norm_squared();
                 }
             }
         }
-        let sum: f64 = sums.iter().flatten().map(|sum: &f64| sum * sum).sum();
-        (sum / squares.max(f64::MIN_POSITIVE) / method.keypoints.inflation.powi(2)).max(1.0)
+        let sum: f64 = sums.iter().map(Vector2::norm_squared).sum();
+        (sum / squares.max(f64::MIN_POSITIVE) / look.inflation.powi(2)).max(1.0)
     }
 
     fn elapsed_s(&self, step: usize) -> f64 {

@@ -9,6 +9,9 @@ use super::{Correction, Gaussian, Linear};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
+/// Frames that are smoothed together, and how many before and after them besides.
+const WINDOW: usize = 600;
+const LEAD: usize = 200;
 /// A step is halved so often before it is given up.
 const HALVINGS: i32 = 8;
 /// Noise of less than full rank is made whole by this share of each variance.
@@ -41,6 +44,26 @@ pub trait Chain {
     /// # Errors
     /// Whatever cannot be linearised there.
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>>;
+}
+
+/// Of `count` frames those from `first` on that are smoothed together, up to the first number given, and all that are looked at for
+/// it, from the second to the third: memory does not grow with the recording.
+pub fn window(first: usize, count: usize) -> (usize, [usize; 2]) {
+    // What is left is not cut into a window and a rest.
+    let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
+    (end, [first.saturating_sub(LEAD), (end + LEAD).min(count)])
+}
+
+/// Of several tries those that led to something; an error where none did.
+///
+/// # Errors
+/// The first.
+pub fn successes<T>(tries: Vec<Result<T>>) -> Result<Vec<T>> {
+    let (good, bad): (Vec<_>, Vec<_>) = tries.into_iter().partition(Result::is_ok);
+    match bad.into_iter().next() {
+        Some(error) if good.is_empty() => error.map(|found| vec![found]),
+        _ => good.into_iter().collect(),
+    }
 }
 
 /// A smoothed recording.

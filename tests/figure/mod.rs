@@ -17,11 +17,11 @@ use std::sync::Arc;
 pub const LOOK: KeypointLook = KeypointLook { inflation: 1.0, reach: 4.0 };
 
 /// Arms stretched out to the sides, 0.3 m and 0.25 m long; turning a shoulder about z lifts the left arm.
-pub fn skeleton() -> Skeleton {
+fn skeleton(elbow: Matrix3<f64>) -> Skeleton {
     let all = [0, 1, 2].map(Channel::Rotation).to_vec();
     let mut bones: Vec<Bone> = Vec::new();
     let mut add = |name: &str, parent: Option<usize>, reach: [f64; 3], channels: &[Channel]| {
-        let (frame, order) = (Matrix3::identity(), [0, 1, 2]);
+        let (frame, order) = (if name.ends_with("radius") { elbow } else { Matrix3::identity() }, [0, 1, 2]);
         let reach = Vector3::from(reach);
         bones.push(Bone { name: name.into(), parent, reach, frame, order, channels: channels.to_vec() });
         bones.len() - 1
@@ -46,9 +46,18 @@ pub fn figure(free: &[usize]) -> Figure {
     figure_from(free, 0, 0.0)
 }
 
+/// The same with elbows that bend about y, across the arm.
+pub fn figure_bending(free: &[usize]) -> Figure {
+    made(free, 0, 0.0, Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+}
+
 /// The same, one channel of its first pose being something.
 pub fn figure_from(free: &[usize], channel: usize, value: f64) -> Figure {
-    let skeleton = skeleton();
+    made(free, channel, value, Matrix3::identity())
+}
+
+fn made(free: &[usize], channel: usize, value: f64, elbow: Matrix3<f64>) -> Figure {
+    let skeleton = skeleton(elbow);
     let channels = skeleton.channels().count();
     let mut pose = vec![0.0; channels];
     pose[channel] = value;

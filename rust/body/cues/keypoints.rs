@@ -7,7 +7,7 @@ use super::super::figure::{Figure, Group};
 use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
 use crate::projection::Seen;
-use nalgebra::Vector2;
+use nalgebra::{Matrix2xX, Vector2};
 use serde::{Deserialize, Serialize};
 
 /// The joints that a detector may see: name, group, and how far a detector's is from the skeleton's, m (measured on clips of
@@ -59,14 +59,44 @@ pub struct KeypointDistance<'a> {
 fn loss(seen: Seen, keypoint: Keypoint, mismatch_m: f64, look: KeypointLook) -> f64 {
     let most = (-0.5 * look.reach * look.reach).exp();
     let [du, dv] = [seen.u - keypoint.pixel[0], seen.v - keypoint.pixel[1]];
-    let spread = look.inflation * keypoint.sd_px.hypot(mismatch_m * seen.px_per_m);
+    let spread = look.spread(keypoint, mismatch_m, seen.px_per_m);
     let squared = (du * du + dv * dv) / (spread * spread);
     // Behind the camera it is nowhere.
     let explained = if squared.is_finite() { (-0.5 * squared).exp() } else { 0.0 };
     (1.0 + most).ln() - (explained + most).ln()
 }
 
+/// How far a point is from where one state has it.
+pub struct Off {
+    /// Of the figure.
+    pub point: usize,
+    /// px.
+    pub residual: Vector2<f64>,
+    /// Standard deviation along each axis, px.
+    pub spread: f64,
+    /// How what the state has moves with it, `(2, D)`.
+    pub slope: Matrix2xX<f64>,
+}
+
+impl KeypointLook {
+    fn spread(self, keypoint: Keypoint, mismatch_m: f64, px_per_m: f64) -> f64 {
+        self.inflation * keypoint.sd_px.hypot(mismatch_m * px_per_m)
+    }
+}
+
 impl KeypointDistance<'_> {
+    /// Of every point that the state has before the camera.
+    pub fn off(&self, at: &Sloped<'_>) -> Vec<Off> {
+        // One scale for all: a spread that shrank with the distance would draw every joint away from the camera.
+        let px_per_m = at.projection.see(at.at(0).into()).px_per_m;
+        let off = |(point, keypoint, mismatch_m): (usize, Keypoint, f64)| {
+            let (seen, slope) = at.seen(point)?;
+            let residual = Vector2::new(keypoint.pixel[0] - seen.u, keypoint.pixel[1] - seen.v);
+            Some(Off { point, residual, spread: self.look.spread(keypoint, mismatch_m, px_per_m), slope })
+        };
+        self.points(at.figure).filter_map(off).collect()
+    }
+
     fn points<'a>(&'a self, figure: &'a Figure) -> impl Iterator<Item = (usize, Keypoint, f64)> + 'a {
         let named = KEYPOINTS.iter().zip(self.person).zip(&figure.keypoints);
         named
@@ -86,14 +116,8 @@ impl Cue for KeypointDistance<'_> {
 
     /// A wild point's spread grows with how far off it is (Geman & McClure), so that it ends up saying nothing.
     fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
-        let KeypointLook { inflation, reach } = self.look;
-        // One scale for all: a spread that shrank with the distance would draw every joint away from the camera.
-        let px_per_m = at.projection.see(at.at(0).into()).px_per_m;
-        for (point, keypoint, mismatch_m) in self.points(at.figure) {
-            let Some((seen, slope)) = at.seen(point) else { continue };
-            let residual = Vector2::new(keypoint.pixel[0] - seen.u, keypoint.pixel[1] - seen.v);
-            let spread = inflation * keypoint.sd_px.hypot(mismatch_m * px_per_m);
-            let wild = 1.0 + residual.norm_squared() / (spread * reach).powi(2);
+        for Off { residual, spread, slope, .. } in self.off(at) {
+            let wild = 1.0 + residual.norm_squared() / (spread * self.look.reach).powi(2);
             rows.push_pixel(residual, &slope, (spread * wild).powi(2));
         }
     }
