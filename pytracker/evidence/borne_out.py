@@ -5,33 +5,34 @@ A particle filter always has a mean. What the picture says against it is kept fr
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.silhouette import BodyEvidence
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.ambiguity import Line, to_line, with_hand, wrist_may_be_off
+from pytracker.evidence.silhouette import BodyEvidence, Region
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
 __all__ = ["WINDOW_S", "BorneOut", "head_off"]
 
 SIDES = ("left", "right")
+WRISTS = tuple(f"{side}_wrist" for side in SIDES)
+ARMS = tuple(f"{side}_{joint}" for side in SIDES for joint in ("elbow", "wrist"))
 FAR_M = 0.10
 """A wrist this far from any skin is not where it is thought to be: half a hand's length."""
 REACH_M = 0.12
 """Skin this far from head, forearms and hands is nobody's."""
-BEYOND_WRIST = 1.35
-"""A hand goes on from the forearm by so much of it."""
 NOBODYS = 0.30
 """This share of the skin that is nobody's, and an arm is elsewhere."""
 UNKNOWN_M = 0.125
-"""A wrist whose standard deviation across the picture is larger may be anywhere.
-
-On people whose hand was lost it is 0.11 to 0.16 m,
-else 0.06 to 0.1."""
+"""A wrist that may be farther off, for all that the skin says, is not known."""
 OFF_PERSON_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""
+ASK_EVERY_S = 0.06
+"""What skin leaves open changes slowly, and asking takes as long as a layer of the filter."""
 WINDOW_S = 0.25
 """Reasons are of this much time: one frame's mask may be wrong."""
 MOST_M = 0.5
@@ -61,15 +62,27 @@ def head_off(camera: Camera | WeakPerspective, joints: Mapping[str, Array], evid
 
 
 class BorneOut:
-    """What the frames so far say of the pose."""
+    """What the frames so far say of the pose.
 
-    def __init__(self, camera: Camera | WeakPerspective) -> None:
+    Args:
+        camera: what sees it.
+        joints: key joints of the first pose, `(3,)` each, world, m: how long forearms are.
+        sensed: segments whose direction a sensor tells.
+    """
+
+    def __init__(
+        self, camera: Camera | WeakPerspective, joints: Mapping[str, Array], sensed: Collection[str] = ()
+    ) -> None:
         self._camera = camera
+        self._is_sensed = [f"{side}_forearm" in sensed for side in SIDES]
+        self._forearm_m = [float(np.linalg.norm(joints[f"{s}_wrist"] - joints[f"{s}_elbow"])) for s in SIDES]
+        self._across = _across(camera)
+        self._ask_s = -np.inf
         self._time_s: list[float] = []
-        self._off_skin: list[list[float]] = []
-        self._nobodys: list[float] = []
         self._off_person: list[list[float]] = []
-        self._spread: list[list[float]] = []
+        self._off_skin: list[list[float]] = []
+        self._may_be_off: list[list[float]] = []
+        self._nobodys: list[float] = []
 
     def look(
         self, time_s: float, joints: Mapping[str, Array], sds: Mapping[str, Array], evidence: BodyEvidence
@@ -79,41 +92,58 @@ class BorneOut:
         places = np.stack([joints[name] for name in names])
         pixels = dict(zip(names, self._camera.project(places), strict=True))
         px_per_m = float(self._camera.px_per_m(places[:1])[0])
-        self._time_s.append(time_s)
         skin, person = evidence.skin_region, evidence.foreground_region
-        wrists = [pixels[f"{side}_wrist"] for side in SIDES]
-        self._off_skin.append([np.nan] * 2 if skin is None else [_distance(skin[0], at) / px_per_m for at in wrists])
-        arms = [pixels[f"{side}_{joint}"] for side in SIDES for joint in ("elbow", "wrist")]
+        self._time_s.append(time_s)
         self._off_person.append(
-            [np.nan] * 4 if person is None else [_distance(person[0], at) / px_per_m for at in arms]
+            [np.nan if person is None else _distance(person[0], pixels[joint]) / px_per_m for joint in ARMS]
         )
-        across = _across(self._camera)
-        self._spread.append([float(np.sqrt(np.sum(across**2 @ sds[f"{side}_wrist"] ** 2))) for side in SIDES])
+        self._off_skin.append(
+            [np.nan if skin is None else _distance(skin[0], pixels[wrist]) / px_per_m for wrist in WRISTS]
+        )
+        spread = [float(np.sqrt(np.sum(self._across**2 @ sds[wrist] ** 2))) for wrist in WRISTS]
+        may_be_off = spread if skin is None else self._by_skin(time_s, skin, px_per_m, pixels)
+        told = self._by_keypoints(evidence.keypoints, px_per_m, pixels)
+        self._may_be_off.append([m if np.isnan(t) else t for m, t in zip(may_be_off, told, strict=True)])
         self._nobodys.append(0.0 if skin is None else _nobodys(skin[1], pixels, REACH_M * px_per_m))
 
-    def reasons(self) -> list[str]:
-        """Of every frame, in words; empty where nothing speaks against it."""
+    def _by_skin(self, time_s: float, skin: Region, px_per_m: float, pixels: Mapping[str, Array]) -> list[float]:
+        """How far off either wrist may be for all that the skin says, m; nothing where a sensor tells more.
+
+        NaN between the times at which it is asked.
+        """
+        if time_s < self._ask_s:
+            return [np.nan] * len(WRISTS)
+        self._ask_s = time_s + ASK_EVERY_S
+        left, right = ((pixels[f"{side}_elbow"], pixels[f"{side}_wrist"]) for side in SIDES)
+        head = _head(pixels)
+        return [
+            0.0 if known else wrist_may_be_off(skin, px_per_m, arm, forearm_m * px_per_m, head, other) / px_per_m
+            for known, forearm_m, arm, other in zip(
+                self._is_sensed, self._forearm_m, (left, right), (right, left), strict=True
+            )
+        ]
+
+    def _by_keypoints(self, points: Array | None, px_per_m: float, pixels: Mapping[str, Array]) -> list[float]:
+        """How far from its nearest keypoint either wrist is, m; NaN where it has none."""
+        if points is None or not len(points):
+            return [np.nan] * len(WRISTS)
+        apart = [np.linalg.norm(points[:, KEYPOINTS.index(wrist), :2] - pixels[wrist], axis=1) for wrist in WRISTS]
+        return [float(np.nanmin(off)) / px_per_m if np.isfinite(off).any() else np.nan for off in apart]
+
+    def reasons(self) -> list[dict[str, str]]:
+        """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""
         time_s = np.array(self._time_s)
-        off_skin = _recent(time_s, np.minimum(np.array(self._off_skin), MOST_M))
-        off_person = _recent(time_s, np.minimum(np.array(self._off_person), MOST_M))
-        spread = _recent(time_s, np.array(self._spread))
-        nobodys = _recent(time_s, np.array(self._nobodys)[:, None])[:, 0]
-        reasons = []
-        for k in range(len(time_s)):
-            words = [
-                f"{side} arm: not where the person is"
-                for s, side in enumerate(SIDES)
-                if np.nanmax([*off_person[k, 2 * s : 2 * s + 2], 0.0]) > OFF_PERSON_M
-            ]
-            words += [f"{side} hand: no skin there" for s, side in enumerate(SIDES) if off_skin[k, s] > FAR_M]
-            words += [
-                f"{side} wrist: not known across the picture"
-                for s, side in enumerate(SIDES)
-                if spread[k, s] > UNKNOWN_M
-            ]
-            if nobodys[k] > NOBODYS:
-                words.append("skin that no arm explains")
-            reasons.append("; ".join(words))
+        reasons: list[dict[str, str]] = [{} for _ in time_s]
+        checks = (
+            (self._may_be_off, UNKNOWN_M, WRISTS, "not known across the picture"),
+            (self._off_skin, FAR_M, WRISTS, "no skin there"),
+            (self._off_person, OFF_PERSON_M, ARMS, "not where the person is"),
+            (self._nobodys, NOBODYS, ("",), "skin that no arm explains"),
+        )
+        for values, limit, joints, why in checks:
+            rows = _recent(time_s, np.minimum(np.array(values).reshape(len(time_s), -1), MOST_M))
+            for frame, joint in np.argwhere(rows > limit):
+                reasons[frame][joints[joint]] = why
         return reasons
 
 
@@ -132,18 +162,14 @@ def _distance(distance_px: NDArray[np.float32], at: Array) -> float:
     return float(distance_px[v, u]) if 0 <= u < width and 0 <= v < height else float("nan")
 
 
+def _head(pixels: Mapping[str, Array]) -> Line:
+    return 0.5 * (pixels["left_shoulder"] + pixels["right_shoulder"]), pixels["head"]
+
+
 def _nobodys(points: Array, pixels: Mapping[str, Array], reach_px: float) -> float:
     """Share of points on skin that are far from the head's line and from those of forearms and hands."""
-    shoulders = 0.5 * (pixels["left_shoulder"] + pixels["right_shoulder"])
-    lines = [(shoulders, pixels["head"])]
-    for side in SIDES:
-        elbow, wrist = pixels[f"{side}_elbow"], pixels[f"{side}_wrist"]
-        lines.append((elbow, elbow + BEYOND_WRIST * (wrist - elbow)))
-    nearest = np.full(len(points), np.inf)
-    for start, end in lines:
-        along = end - start
-        share = np.clip((points - start) @ along / max(float(along @ along), 1e-9), 0.0, 1.0)
-        nearest = np.minimum(nearest, np.linalg.norm(points - start - share[:, None] * along, axis=1))
+    arms = [with_hand((pixels[f"{side}_elbow"], pixels[f"{side}_wrist"])) for side in SIDES]
+    nearest = np.min([to_line(points, *line) for line in (_head(pixels), *arms)], axis=0)
     return float((nearest > reach_px).mean()) if len(points) else 0.0
 
 

@@ -53,21 +53,21 @@ class PointsBorneOut:
         means = [float(np.nanmean(person)) if np.isfinite(person).any() else np.inf for person in apart]
         return [float(x) for x in apart[int(np.argmin(means))]]
 
-    def reasons(self) -> list[str]:
-        """Of every frame, in words; empty where nothing speaks against it."""
+    def reasons(self) -> list[dict[str, str]]:
+        """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""
         time_s, off = np.array(self._time_s), np.array(self._off_m).reshape(-1, len(LIMBS))
         first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
-        reasons = []
+        reasons: list[dict[str, str]] = []
         for k in range(len(time_s)):
             row = _median(off[first[k] : k + 1])
             if np.isnan(row).all():
-                reasons.append("no keypoints of the arms")
+                reasons.append({"": "no keypoints of the arms"})
                 continue
-            words = []
+            words = {}
             for name, off_m in zip(ARMS, row, strict=False):
                 if np.isnan(off_m):
-                    words.append(f"{name.replace('_', ' ')}: no keypoint")
+                    words[name] = "no keypoint"
                 elif off_m > ELSEWHERE_M:
-                    words.append(f"{name.replace('_', ' ')}: its keypoint is elsewhere")
-            reasons.append("; ".join(words))
+                    words[name] = "its keypoint is elsewhere"
+            reasons.append(words)
         return reasons

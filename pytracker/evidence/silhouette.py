@@ -28,7 +28,7 @@ MEDIAN_FRAMES = 61
 Region = tuple[NDArray[np.float32], Array]
 """Distances from a mask, and points on it."""
 
-REGION_POINTS = 32
+REGION_POINTS = 64
 """So many points, evenly chosen, stand for a mask."""
 
 RIM_PX = 5

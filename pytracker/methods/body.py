@@ -20,7 +20,8 @@ PAPER = ("edges", "blobs")
 """What Li & Kulić weigh by."""
 
 BASIC = (*PAPER, "regions", "keypoints", "orientation", "effort", "limits")
-EVERY = (*BASIC, "penetration")
+OWN = ("edges", "regions", "keypoints", "orientation", "effort", "limits")
+"""What our own methods weigh by: of folded arms the middle of a blob is no hand, their skin tells as a region."""
 
 BodyLayer = tuple[tuple[tuple[str, ...], float], tuple[str, ...], tuple[str, float]]
 """Mover (groups that diffuse, share of the diffusion), cues, blend (its name, share of the sharpness)."""
@@ -70,6 +71,8 @@ class BodyMethod(Method):
         orientation_inflation: how many times its spread the orientation of a sensor has.
         effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where
             it hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
+        crown_m: how far the head's outer shape reaches beyond the end of the skeleton's head, which in CMU skeletons is
+            the middle of the face, m (paper: 0).
         edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
         free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """
@@ -95,11 +98,12 @@ class BodyMethod(Method):
     unseen_turn_sd_rad: float = 0.0
     skin_loss: float = 0.0
     foreground_loss: float = 0.0
-    region_reach_m: float = 0.2
+    region_reach_m: float = 0.1
     keypoint_inflation: float = 2.0
     keypoint_reach: float = 4.0
     orientation_inflation: float = 2.0
     effort_loss: float = 0.0
+    crown_m: float = 0.0
     edge_loss: float = 3.0
     free: tuple[str, ...] = ()
 
@@ -148,6 +152,7 @@ class _Fixed(BodyMethod):
     skin_loss: float = 30.0
     foreground_loss: float = 30.0
     effort_loss: float = 1.25
+    crown_m: float = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,9 +160,9 @@ class Annealed(_Fixed):
     """Annealing: the same cues several times, from flat to sharp, while the diffusion shrinks (Deutscher & Blake)."""
 
     layers: tuple[BodyLayer, ...] = (
-        ((ALL, 1.0), BASIC, ("sum", 0.3)),
-        ((ALL, 0.5), BASIC, ("sum", 0.6)),
-        ((ALL, 0.25), BASIC, ("sum", 1.0)),
+        ((ALL, 1.0), OWN, ("sum", 0.3)),
+        ((ALL, 0.5), OWN, ("sum", 0.6)),
+        ((ALL, 0.25), OWN, ("sum", 1.0)),
     )
 
 
@@ -168,9 +173,9 @@ class Partitioned(_Fixed):
     islands: int = 8
 
     layers: tuple[BodyLayer, ...] = (
-        ((("torso",), 1.0), EVERY, ("sum", 1.0)),
-        ((("left_arm",), 1.0), EVERY, ("sum", 1.0)),
-        ((("right_arm",), 1.0), EVERY, ("sum", 1.0)),
+        ((("torso",), 1.0), (*OWN, "penetration"), ("sum", 1.0)),
+        ((("left_arm",), 1.0), (*OWN, "penetration"), ("sum", 1.0)),
+        ((("right_arm",), 1.0), (*OWN, "penetration"), ("sum", 1.0)),
     )
     anew_share: float = 0.1
 

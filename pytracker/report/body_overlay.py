@@ -11,7 +11,7 @@ import numpy as np
 from pytracker.formats.video import Image
 from pytracker.report.overlay import caption, enlarged, write_overlay
 from pytracker.rotation import Array
-from pytracker.skeleton.skeleton import Part, upper_body_parts
+from pytracker.skeleton.skeleton import Part
 from pytracker.tracking.body import BodyTrack
 
 __all__ = ["draw_body", "write_body_overlay"]
@@ -37,7 +37,7 @@ def draw_body(frame: Image, track: BodyTrack, row: int) -> Image:
     image, scale = enlarged(frame)
     if np.isfinite(track.poses[row]).all():
         starts, ends, _ = track.recording.skeleton.core.pose(track.poses[row : row + 1])
-        for part in upper_body_parts():
+        for part in track.recording.skeleton.outer_shape(track.method.crown_m):
             _rectangle(image, track, part, starts[0], ends[0], scale)
         for k, bone in enumerate(track.recording.skeleton.bones):
             if not bone.name.endswith(LEGS):

@@ -38,7 +38,7 @@ def write_track(path: Path, track: Track) -> None:
     """One row a camera frame.
 
     `time_s, frame`, then for every joint and axis `<joint>_<axis>_m`, `_sd_m`, `_lo_m`, `_hi_m` (95 % band), for a body
-    every tracked channel as `<bone>_<dof>_rad` (or `_m`) in the same way, then
+    `<joint>_valid` and every tracked channel as `<bone>_<dof>_rad` (or `_m`) in the same way, then
     `ess, log_evidence, valid, reason`. A cell is empty where there is no value.
     """
     names, columns = [], []
@@ -48,6 +48,9 @@ def write_track(path: Path, track: Track) -> None:
             for d, axis in enumerate("xyz"):
                 names.append(f"{joint}_{axis}{suffix}_m")
                 columns.append(values[:, d])
+        if isinstance(track, BodyTrack):
+            names.append(f"{joint}_valid")
+            columns.append(rows.valid)
     if isinstance(track, BodyTrack):
         for k, channel in enumerate(track.free):
             unit = "m" if channel.split("_")[-1].startswith("t") else "rad"
@@ -59,8 +62,14 @@ def write_track(path: Path, track: Track) -> None:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["time_s", "frame", *names, "ess", "log_evidence", "valid", "reason"])
         for k, time_s in enumerate(track.time_s):
-            numbers = ["" if math.isnan(c[k]) else f"{c[k]:.6f}" for c in columns]
+            numbers = [_cell(column[k]) for column in columns]
             writer.writerow([f"{time_s:.6f}", k, *numbers, int(track.valid[k]), track.reason[k]])
+
+
+def _cell(value: np.bool_ | np.float64) -> str:
+    if isinstance(value, np.bool_):
+        return str(int(value))
+    return "" if math.isnan(value) else f"{value:.6f}"
 
 
 class TrackFile:

@@ -80,10 +80,15 @@ class Skeleton:
         """Limits of every channel, `(C, 2)`."""
         return np.array([limit for bone in self.bones for limit in bone.limits_rad], dtype=float).reshape(-1, 2)
 
-    @property
-    def parts(self) -> list[Part]:
-        """The outer shape of its upper body."""
-        return list(upper_body_parts())
+    def outer_shape(self, crown_m: float = 0.0) -> list[Part]:
+        """The outer shape of its upper body, whose head reaches `crown_m` beyond the end of the skeleton's head, m.
+
+        A skeleton whose head has no length has none to reach beyond. Raises `InputError` when out of range.
+        """
+        if not 0.0 <= crown_m <= 1.0:
+            raise InputError(f"crown_m is {crown_m}, expected 0 to 1 m")
+        head_m = float(np.linalg.norm(self.bones[self.bone("head")].reach_m))
+        return list(upper_body_parts(1.0 + crown_m / head_m if head_m > 0.0 else 1.0))
 
     def bone(self, name: str) -> int:
         """Index of a bone. Raises `InputError`."""
@@ -125,7 +130,7 @@ class Part:
 
     Attributes:
         name: in words.
-        start: bone, and 0 (its start) to 1 (its end).
+        start: bone, and 0 (its start) to 1 (its end); more than 1 is beyond it.
         end: the same.
         half_width_m: at either end, m.
     """
@@ -136,11 +141,11 @@ class Part:
     half_width_m: tuple[float, float]
 
 
-def upper_body_parts() -> tuple[Part, ...]:
-    """The six rectangles of the upper body: torso, head, upper arms, forearms."""
+def upper_body_parts(crown: float = 1.0) -> tuple[Part, ...]:
+    """The six rectangles of the upper body: torso, head up to `crown` along its bone, upper arms, forearms."""
     parts = [
         Part("torso", ("root", 0.0), ("thorax", 1.0), (0.165, 0.18)),
-        Part("head", ("upperneck", 0.0), ("head", 1.0), (0.072, 0.072)),
+        Part("head", ("upperneck", 0.0), ("head", crown), (0.072, 0.072)),
     ]
     for side, letter in (("left", "l"), ("right", "r")):
         humerus, radius, wrist = f"{letter}humerus", f"{letter}radius", f"{letter}wrist"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -63,7 +63,7 @@ class _Watched:
         self.camera = recording.view.camera
         first = recording.skeleton.joints(recording.initial[None])
         self._first = {name: rows[0] for name, rows in first.items()}
-        self.borne_out = BorneOut(self.camera)
+        self.borne_out = BorneOut(self.camera, self._first, [imu.segment for imu in recording.imus])
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
         self.points: list[tuple[float, Array | None]] = []
@@ -89,7 +89,7 @@ class _Watched:
             self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
         self.points.append((time_s, evidence.keypoints))
 
-    def points_reasons(self, table: dict[str, Any]) -> list[str]:
+    def points_reasons(self, table: dict[str, Any]) -> list[dict[str, str]]:
         """What keypoints alone say against what was made of them in the end; they are few enough to be kept."""
         looked = PointsBorneOut(self.camera)
         for row, (time_s, points) in enumerate(self.points):
@@ -143,14 +143,25 @@ def check_cues(recording: BodyRecording, method: BodyMethod) -> None:
         )
 
 
-def _reasons(method: BodyMethod, watched: _Watched, table: dict[str, Any], blobs: Array) -> list[str]:
-    """Why a frame that was tracked is not to be believed; empty where it is."""
+def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Array) -> list[dict[str, str]]:
+    """Why joints of a frame are not to be believed, by joint, `""` for the frame; empty where they are."""
     if watched.points:
-        return watched.points_reasons(table)
-    # A paper's filter sees blobs and nothing else of the skin.
-    seen = np.atleast_1d(np.isfinite(blobs).any(axis=(1, 2)) | (method.skin_loss > 0.0))
-    reasons = ["" if any_blob else "no skin blob" for any_blob in seen]
-    return [words or reason for words, reason in zip(watched.borne_out.reasons(), reasons, strict=True)]
+        seen = watched.points_reasons(found.table)
+    else:
+        seen = watched.borne_out.reasons()
+        # A paper's filter sees blobs and nothing else of the skin.
+        if method.skin_loss == 0.0:
+            blind = [not np.isfinite(row).any() for row in blobs]
+            seen = [words or ({"": "no skin blob"} if none else {}) for words, none in zip(seen, blind, strict=True)]
+    doubts = (str(doubt) for doubt in found.table["doubt"])
+    seen = [words | {"": doubt} if doubt else words for words, doubt in zip(seen, doubts, strict=True)]
+    return seen + [{"": "the track was lost before"}] * (found.count - found.tracked)
+
+
+def _in_words(words: dict[str, str]) -> str:
+    """All of a frame's reasons; what goes for all of it is said once."""
+    of_joints = [f"{joint.replace('_', ' ')}: {why}" for joint, why in words.items() if joint and why != words.get("")]
+    return "; ".join([*filter(None, [words.get("")]), *of_joints])
 
 
 def _assemble(
@@ -164,20 +175,18 @@ def _assemble(
 ) -> BodyTrack:
     """Rows for every frame: those that were not tracked hold NaN and a reason."""
     angles, blobs = found.rows(found.table["state"]), found.rows(found.table["blobs"])
-    lost = ["the track was lost before"] * (found.count - found.tracked)
-    doubts = (str(doubt) for doubt in found.table["doubt"])
-    seen = _reasons(method, watched, found.table, blobs[: found.tracked])
-    reason = ["; ".join(filter(None, words)) for words in zip(doubts, seen, strict=True)] + lost
+    said = _reasons(method, watched, found, blobs[: found.tracked])
+    of_joint = {joint: tuple(words.get(joint) or words.get("", "") for words in said) for joint in KEY_JOINTS}
     return BodyTrack(
         method=method,
         recording=recording,
         seed=seed,
         time_s=found.time_s,
-        joints={joint: found.joint(joint) for joint in KEY_JOINTS},
+        joints={joint: replace(found.joint(joint), reason=of_joint[joint]) for joint in KEY_JOINTS},
         ess=found.rows(found.table["ess"]),
         log_evidence=found.rows(found.table["log_evidence"]),
-        valid=np.array([not words for words in reason]),
-        reason=tuple(reason),
+        valid=np.array([not words for words in said]),
+        reason=tuple(_in_words(words) for words in said),
         poses=found.rows(tracker.channels(np.ascontiguousarray(angles[: found.tracked, 0]))),
         free=method.channels,
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),

@@ -57,7 +57,8 @@ class Followed:
     def joint(self, name: str) -> JointTrack:
         """A place of the table."""
         rows = self.rows(self.table[name])
-        return JointTrack(*(np.ascontiguousarray(rows[:, quantity]) for quantity in range(5)))
+        mean, mode, sd, lo, hi = (np.ascontiguousarray(rows[:, quantity]) for quantity in range(5))
+        return JointTrack(mean, mode, sd, lo, hi)
 
 
 def follow(

@@ -24,6 +24,7 @@ class JointTrack:
         sd: standard deviation per axis.
         lo: 2.5 % quantile per axis.
         hi: 97.5 % quantile per axis.
+        reason: why it is not to be believed, frame by frame `(T,)`; empty where nothing speaks against this joint.
     """
 
     mean: Array
@@ -31,6 +32,13 @@ class JointTrack:
     sd: Array
     lo: Array
     hi: Array
+    reason: tuple[str, ...] = ()
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Whether it was tracked and nothing speaks against it `(T,)`."""
+        tracked = np.asarray(np.isfinite(self.mean).all(axis=1))
+        return tracked & (np.array([not words for words in self.reason]) if self.reason else True)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -34,7 +34,6 @@ pub struct Tracker(tracker::Tracker);
 struct SkeletonArgument<'py> {
     core: PyRef<'py, Skeleton>,
     limits_rad: PyReadonlyArray2<'py, f64>,
-    parts: Vec<PartArgument>,
 }
 
 fn arm(recording: &Bound<'_, PyAny>, method: &Bound<'_, PyAny>, seed: u64) -> PyResult<tracker::Tracker> {
@@ -53,8 +52,10 @@ fn body(recording: &Bound<'_, PyAny>, method: &Bound<'_, PyAny>, seed: u64) -> P
     let free: Vec<usize> = skeleton.call_method1("columns", (method.getattr("channels")?,))?.extract()?;
     let projection = extract_projection(&recording.getattr("view")?.getattr("camera")?)?;
     let pose: Vec<f64> = recording.getattr("initial")?.extract()?;
+    let parts: Vec<PartArgument> =
+        skeleton.call_method1("outer_shape", (method.getattr("crown_m")?,))?.extract()?;
     let method = extract_body_method(method)?;
-    let SkeletonArgument { core, limits_rad, parts } = skeleton.extract()?;
+    let SkeletonArgument { core, limits_rad } = skeleton.extract()?;
     let parts: Vec<Part> = parts.into_iter().map(Into::into).collect();
     let (limits, skeleton) = (rows("limits", &limits_rad)?, &core.0);
     let made = || {
