@@ -19,8 +19,10 @@ LONGEST = 1000
 """No word that is meant is longer."""
 
 
-def chosen_method(kind: str, name: str, particles: int | None, settings: list[str]) -> Method:
-    """A method for a kind of recording from what the command line says. Raises `InputError`."""
+def chosen_method(
+    kind: str, name: str, particles: int | None, settings: list[str], best: Method | None = None
+) -> Method:
+    """A method for a kind of recording from what the command line says, else as in `best`. Raises `InputError`."""
     values = _parse(settings)
     if particles is not None:
         if "particles" in values:
@@ -32,7 +34,7 @@ def chosen_method(kind: str, name: str, particles: int | None, settings: list[st
     if particles is not None and not hasattr(methods[name], "particles"):
         raise pt.InputError(f"--particles does not go with --method {name}, which has none")
     try:
-        return make_method(kind, name, values)
+        return make_method(kind, name, (best.parameters() if best else {}) | values)
     except pt.InputError as error:
         raise pt.InputError(f"--set {error}") from None
 

@@ -153,7 +153,8 @@ def track(
 
 
 def _chosen(method: str, particles: int | None, settings: tuple[str, ...], recording: pt.Recording) -> Method:
-    return chosen_method(recording.kind, method or default_method(recording).name, particles, list(settings))
+    best = None if method else default_method(recording)
+    return chosen_method(recording.kind, best.name if best else method, particles, list(settings), best)
 
 
 def _track_several(

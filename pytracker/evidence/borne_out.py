@@ -93,18 +93,18 @@ class BorneOut:
         pixels = dict(zip(names, self._camera.project(places), strict=True))
         px_per_m = float(self._camera.px_per_m(places[:1])[0])
         skin, person = evidence.skin_region, evidence.foreground_region
+        told = self._by_keypoints(evidence.keypoints, px_per_m, pixels)
+        # Where a joint's own point is, masks tell nothing more of it.
+        is_there = {joint for joint, off in told.items() if off < FAR_M}
         self._time_s.append(time_s)
-        self._off_person.append(
-            [np.nan if person is None else _distance(person[0], pixels[joint]) / px_per_m for joint in ARMS]
-        )
-        self._off_skin.append(
-            [np.nan if skin is None else _distance(skin[0], pixels[wrist]) / px_per_m for wrist in WRISTS]
-        )
+        for mask, joints_of, off in ((person, ARMS, self._off_person), (skin, WRISTS, self._off_skin)):
+            apart = [np.nan if mask is None else _distance(mask[0], pixels[joint]) / px_per_m for joint in joints_of]
+            off.append([0.0 if joint in is_there else m for joint, m in zip(joints_of, apart, strict=True)])
         spread = [float(np.sqrt(np.sum(self._across**2 @ sds[wrist] ** 2))) for wrist in WRISTS]
         may_be_off = spread if skin is None else self._by_skin(time_s, skin, px_per_m, pixels)
-        told = self._by_keypoints(evidence.keypoints, px_per_m, pixels)
-        self._may_be_off.append([m if np.isnan(t) else t for m, t in zip(may_be_off, told, strict=True)])
-        self._nobodys.append(0.0 if skin is None else _nobodys(skin[1], pixels, REACH_M * px_per_m))
+        self._may_be_off.append([told.get(wrist, off) for wrist, off in zip(WRISTS, may_be_off, strict=True)])
+        is_told = is_there >= set(WRISTS)
+        self._nobodys.append(0.0 if skin is None or is_told else _nobodys(skin[1], pixels, REACH_M * px_per_m))
 
     def _by_skin(self, time_s: float, skin: Region, px_per_m: float, pixels: Mapping[str, Array]) -> list[float]:
         """How far off either wrist may be for all that the skin says, m; nothing where a sensor tells more.
@@ -123,12 +123,12 @@ class BorneOut:
             )
         ]
 
-    def _by_keypoints(self, points: Array | None, px_per_m: float, pixels: Mapping[str, Array]) -> list[float]:
-        """How far from its nearest keypoint either wrist is, m; NaN where it has none."""
+    def _by_keypoints(self, points: Array | None, px_per_m: float, pixels: Mapping[str, Array]) -> dict[str, float]:
+        """How far from the nearest point of its own every joint of the arms is, m; those left out that have none."""
         if points is None or not len(points):
-            return [np.nan] * len(WRISTS)
-        apart = [np.linalg.norm(points[:, KEYPOINTS.index(wrist), :2] - pixels[wrist], axis=1) for wrist in WRISTS]
-        return [float(np.nanmin(off)) / px_per_m if np.isfinite(off).any() else np.nan for off in apart]
+            return {}
+        apart = {joint: np.linalg.norm(points[:, KEYPOINTS.index(joint), :2] - pixels[joint], axis=1) for joint in ARMS}
+        return {joint: float(np.nanmin(off)) / px_per_m for joint, off in apart.items() if np.isfinite(off).any()}
 
     def reasons(self) -> list[dict[str, str]]:
         """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""

@@ -11,7 +11,7 @@ from pytracker.evidence.borne_out import WINDOW_S
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["PointsBorneOut"]
+__all__ = ["PointsBorneOut", "median_of_known"]
 
 ARMS = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("elbow", "wrist"))
 LIMBS = (*ARMS, "left_shoulder", "right_shoulder")
@@ -20,7 +20,7 @@ ELSEWHERE_M = 0.15
 """A joint so far from its point is not where it is thought to be; right ones are 2 to 4 cm off."""
 
 
-def _median(rows: Array) -> Array:
+def median_of_known(rows: Array) -> Array:
     """Column by column, of what is known: one wild point says nothing; NaN where nothing is."""
     known = np.isfinite(rows)
     return np.array([np.median(rows[of, k]) if (of := known[:, k]).any() else np.nan for k in range(rows.shape[1])])
@@ -59,7 +59,7 @@ class PointsBorneOut:
         first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
         reasons: list[dict[str, str]] = []
         for k in range(len(time_s)):
-            row = _median(off[first[k] : k + 1])
+            row = median_of_known(off[first[k] : k + 1])
             if np.isnan(row).all():
                 reasons.append({"": "no keypoints of the arms"})
                 continue

@@ -59,6 +59,8 @@ class BodyMethod(Method):
         unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
             it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
             depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
+        first_distance_sd_m: standard deviation of how far off the body is in the first pose, m, from the first frame
+            on; a recording may say it (`[initial] distance_sd_m`).
         unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
         unseen_turn_sd_rad: of its turn about its long axis; likewise.
         skin_loss: log-likelihood lost by hands and bare forearms that lie off the skin, and as much by skin that
@@ -94,6 +96,7 @@ class BodyMethod(Method):
     gate_m: float = 0.45
     anew_share: float = 0.0
     unseen_distance_sd_m: float = 0.0
+    first_distance_sd_m: float = 0.0
     unseen_lean_sd_rad: float = 0.0
     unseen_turn_sd_rad: float = 0.0
     skin_loss: float = 0.0

@@ -75,9 +75,17 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
             math.radians(MOUNT_SD_DEG if worn.mount_sd_deg is None else worn.mount_sd_deg) for worn in entry.imu
         ),
         folder=folder,
+        spreads=_spreads(entry.initial),
         files=(path, *files, *skeleton_file),
         warnings=warnings,
     )
+
+
+def _spreads(entry: InitialEntry | None) -> dict[str, float]:
+    """How well the first pose is known, by the parameter of a method."""
+    if entry is None or entry.distance_sd_m is None:
+        return {}
+    return {"first_distance_sd_m": entry.distance_sd_m}
 
 
 def skeleton_of(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleton, tuple[Path, ...]]:

@@ -140,10 +140,14 @@ class SkeletonEntry(Entry):
 
 
 class InitialEntry(Entry):
-    """`[initial]`: the pose at the first frame: angles by file, or the truth's own at one of its frames."""
+    """`[initial]`: the pose at the first frame: angles by file, or the truth's own at one of its frames.
+
+    `distance_sd_m` is how well it tells how far off the person is.
+    """
 
     angles: str | None = None
     frame: Annotated[int, Field(strict=True, ge=0)] | None = None
+    distance_sd_m: Positive | None = None
 
 
 class BodyTruthEntry(Entry):

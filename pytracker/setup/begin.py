@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import tomlkit
 
 from pytracker._core import InputError
@@ -12,12 +13,16 @@ from pytracker.formats.calibration import read_calibration
 from pytracker.formats.imu import read_imu
 from pytracker.formats.video import frames, probe
 from pytracker.output import write_whole
+from pytracker.setup.truth_entry import truth_lines
+from pytracker.setup.upright import as_trc, as_z_up, axis_up
 
 __all__ = ["init"]
 
 PHONE_FOCAL = 0.8
 """Focal length of a phone's main camera while it films, as a share of the picture's longer side: 0.65 to 0.95."""
 PHONE_FOCAL_SD = 0.1
+AS_UP_Z = "x, z, -y"
+"""How `[truth] up = "z"` turns points."""
 HOW = "pytracker check {folder} --write"
 
 
@@ -45,15 +50,16 @@ def init(
     known = {} if camera is None else read_calibration(camera, camera_name)
     folder.mkdir(parents=True, exist_ok=True)
     kind = "arm" if imu is not None else "body"
+    turned = _turn(known, None if truth is None else Path(truth)) if kind == "body" else ""
     lines = [
         "# Made by pytracker init. What is missing is said where it belongs; `pytracker check` looks at all of it.",
         "schema = 1",
         f'kind = "{kind}"',
         "",
-        *_camera(folder, Path(video), known, kind, None if keypoints is None else Path(keypoints)),
+        *_camera(folder, Path(video), known, kind, None if keypoints is None else Path(keypoints), turned),
         *([] if imu is None else _imu(folder, Path(imu))),
         *(_arm(known) if kind == "arm" else _body()),
-        *([] if truth is None else _truth(folder, Path(truth), kind)),
+        *([] if truth is None else _truth(folder, Path(truth), kind, known, turned)),
     ]
     write_whole(path, "\n".join(lines) + "\n")
     return path
@@ -71,7 +77,24 @@ def _value(value: object) -> str:
     return tomlkit.item(value).as_string()
 
 
-def _camera(folder: Path, video: Path, known: dict[str, object], kind: str, keypoints: Path | None) -> list[str]:
+def _turn(known: dict[str, object], truth: Path | None) -> str:
+    """Turn what is known of a body's camera to a world whose y axis is up; how, in words, empty where it was up."""
+    if "rotation" not in known:
+        return ""
+    rotation = np.array(known["rotation"], dtype=float)
+    up = axis_up(rotation)
+    if up in ("y", ""):
+        return ""
+    if up != "z":
+        return f"{up} is up in the picture, and a body's world has its y axis up: turn the calibration"
+    is_trc = truth is not None and truth.suffix.lower() == ".trc"
+    known["rotation"] = (as_trc(rotation) if is_trc else as_z_up(rotation)).tolist()
+    return f"turned, the calibration has its z axis up: x, y, z here are its {'y, z, x' if is_trc else AS_UP_Z}"
+
+
+def _camera(
+    folder: Path, video: Path, known: dict[str, object], kind: str, keypoints: Path | None, turned: str
+) -> list[str]:
     name, info = _named(folder, video), probe(video)
     next(frames(video), None)
     lines = [
@@ -96,6 +119,8 @@ def _camera(folder: Path, video: Path, known: dict[str, object], kind: str, keyp
         ("translation_m", "the world's origin in the camera, m: found with it"),
     ):
         lines.append(f"{key} = {_value(known[key])}" if key in known else f"# {key} = [...]  # missing: {words}")
+        if key == "rotation" and turned:
+            lines[-1] += f"  # {turned}"
     if kind == "arm":
         box = "patch_box"
         how = f"the patch in the first frame, x, y, width, height, px: {HOW.format(folder=folder.name)} finds it"
@@ -141,11 +166,6 @@ def _body() -> list[str]:
     ]
 
 
-def _truth(folder: Path, file: Path, kind: str) -> list[str]:
-    names = '{ shoulder = "...", elbow = "...", wrist = "..." }' if kind == "arm" else "{ ... }"
-    return [
-        "[truth]",
-        f"file = {_named(folder, file)}",
-        f"# markers = {names}  # where the file's names are others",
-        "",
-    ]
+def _truth(folder: Path, file: Path, kind: str, known: dict[str, object], turned: str) -> list[str]:
+    side = str(known.get("side", "right"))
+    return truth_lines(_named(folder, file), file, kind, side, is_turned=turned.endswith(AS_UP_Z))

@@ -89,7 +89,10 @@ def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView) -> Finding:
         return Finding("first pose", "cannot be told", f"{words}: check camera, skeleton and keypoints")
     if (draft.folder / INITIAL).exists():
         return Finding("first pose", "doubtful", f"{words}; {INITIAL} is there already and is not replaced")
-    return Finding("first pose", "missing", words, {"initial.angles": INITIAL}, {INITIAL: _lines(pose)})
+    values: dict[str, object] = {"initial.angles": INITIAL}
+    if pose.distance_sd_m is not None:
+        values["initial.distance_sd_m"] = pose.distance_sd_m
+    return Finding("first pose", "missing", words, values, {INITIAL: _lines(pose)})
 
 
 def _first_points(points: Array) -> Array:

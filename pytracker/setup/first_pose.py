@@ -1,8 +1,8 @@
 """A body's first pose from the 2-D keypoints of its first frame.
 
 Where the joints of a pose are seen against where a detector has them, and a prior of how people stand: facing the
-camera, upright, arms anywhere. Depth is what the keypoints hardly tell: of the poses that fit as well the one nearest
-the prior is taken, from several starts.
+camera or turned from it, upright, arms anywhere. Depth is what the keypoints hardly tell: of the poses that fit as
+well the one nearest the prior is taken, from several starts.
 """
 
 from __future__ import annotations
@@ -35,8 +35,12 @@ STARTS_DEG = {
 """The left arm's humerus and radius; the right one's is its mirror."""
 HIPS_M = 0.93
 """Where the root is looked for first, above the floor."""
+TRUNK_M = 0.5
+"""From hips to shoulders."""
 PIXEL_SD = 0.01
 """Of a keypoint, as a share of the person's height in the picture."""
+DISTANCE_SHARE = 0.06
+"""Of two people of a height one has a trunk so much longer, and a detector's hips and shoulders are no skeleton's."""
 TURNS = 25
 STEP = 1e-5
 LEAST_SEEN = 6
@@ -52,11 +56,13 @@ class FirstPose:
         angles: channels that are not zero, by name: degrees, `root_t*` in metres.
         rms_px: how far its joints lie from the keypoints.
         worst: the keypoint that lies farthest, and by how many standard deviations.
+        distance_sd_m: how well it tells how far off the person is, m; None for weak perspective, which knows none.
     """
 
     angles: dict[str, float]
     rms_px: float
     worst: tuple[str, float]
+    distance_sd_m: float | None
 
     @property
     def fits(self) -> bool:
@@ -100,7 +106,8 @@ def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Arr
         beside = ((found - pixels) / sd).reshape(len(values), -1)
         return np.concatenate([np.nan_to_num(beside, nan=1e3), (values - prior) / SDS], axis=1)
 
-    fits = [_fitted(residuals, start) for start in _starts()]
+    stands = _stands(camera, {names[k]: points[k, :2] for k in seen})
+    fits = [_fitted(residuals, start) for start in _starts(stands)]
     best, _ = min(fits, key=lambda fit: fit[1])
     beside = np.linalg.norm(camera.project(joints(best[None])[0]) - pixels, axis=1)
     worst = int(np.argmax(beside))
@@ -109,16 +116,56 @@ def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Arr
         for name, value in zip(CHANNELS, best, strict=True)
     }
     rms = float(np.sqrt(np.mean(beside**2)))
-    return FirstPose(angles, rms, (names[seen[worst]], float(beside[worst] / sd)))
+    return FirstPose(
+        angles, rms, (names[seen[worst]], float(beside[worst] / sd)), _distance_sd(camera, joints(best[None])[0])
+    )
 
 
-def _starts() -> list[Array]:
+def _distance_sd(camera: WeakPerspective | Camera, places: Array) -> float | None:
+    """How well the size of a person tells how far off they are, m."""
+    if not isinstance(camera, Camera):
+        return None
+    return round(DISTANCE_SHARE * float(np.linalg.norm(places.mean(axis=0) - camera.position_m)), 3)
+
+
+def _stands(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> Array:
+    """Where a person stands and where they look, by joints that are seen, px: root_tx .. root_rz, m and rad.
+
+    They look at the camera, or away from it where their left shoulder is seen left of the right one.
+    """
+    place = np.array([0.0, HIPS_M, 0.0])
+    if isinstance(camera, Camera):
+        place = _place(camera, seen)
+        to_camera = camera.position_m - place
+    else:
+        u, v = (row[:3] for row in np.array(camera.affine))
+        to_camera = -np.cross(u, v)
+    turn = float(np.arctan2(to_camera[0], to_camera[2]))
+    if {"left_shoulder", "right_shoulder"} <= set(seen) and seen["left_shoulder"][0] < seen["right_shoulder"][0]:
+        turn += np.pi
+    return np.array([*place, 0.0, turn, 0.0])
+
+
+def _place(camera: Camera, seen: dict[str, Array]) -> Array:
+    """Where the hips are, by how long the trunk is in the picture, m `(3,)`; above the origin where it is not seen."""
+    middle = {}
+    for joint in ("shoulder", "hip"):
+        both = [at for name, at in seen.items() if name.endswith(joint)]
+        if not both:
+            return np.array([0.0, HIPS_M, 0.0])
+        middle[joint] = np.mean(both, axis=0)
+    depth_m = camera.matrix[1][1] * TRUNK_M / max(float(np.linalg.norm(middle["shoulder"] - middle["hip"])), 1.0)
+    ray = camera.ray(middle["hip"])
+    return np.asarray(camera.position_m + ray * depth_m / float(ray @ np.array(camera.rotation)[2]))
+
+
+def _starts(stands: Array) -> list[Array]:
     """The prior's middle with arms in several ways, on either side."""
     starts = []
     for left in STARTS_DEG.values():
         for right in STARTS_DEG.values():
             mirrored = (right[0], -right[1], -right[2], right[3])
-            starts.append(np.array([0.0, HIPS_M, 0.0, 0.0, 0.0, 0.0, *np.radians([*left, *mirrored])]))
+            starts.append(np.array([*stands, *np.radians([*left, *mirrored])]))
     return starts
 
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from pytracker._core import KEY_JOINTS, InputError, Observation, Tracker, TrackingError
 from pytracker.evidence.borne_out import BorneOut, head_off
-from pytracker.evidence.keypoints import PointsEvidence
 from pytracker.evidence.points_borne_out import PointsBorneOut
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress
 from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.evidence.trunk import TrunkSeen
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
@@ -68,33 +68,39 @@ class _Watched:
         self.on_person: list[float] = []
         self.points: list[tuple[float, Array | None]] = []
         self.points_off_m = float("nan")
-        self._frames = 0
+        self.is_alone = recording.view.video is None
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
-        evidence = observation.evidence
-        if isinstance(evidence, PointsEvidence):
-            self._look_at_points(observation.time_s, evidence)
+        evidence, is_first = observation.evidence, not self.points
+        self.points.append((observation.time_s, evidence.keypoints))
+        if self.is_alone:
+            if is_first:
+                off = np.array(PointsBorneOut(self.camera).off_m(self._first, evidence.keypoints))
+                self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
             return
-        if self._frames == 0:
-            self.head_off_m = head_off(self.camera, self._first, evidence)
         means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
+        if is_first:
+            self.head_off_m = head_off(self.camera, self._first, evidence)
         self.borne_out.look(observation.time_s, means, sds, evidence)
-        if self._frames % LOOK_EVERY == 0:
+        if (len(self.points) - 1) % LOOK_EVERY == 0:
             self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
-        self._frames += 1
 
-    def _look_at_points(self, time_s: float, evidence: PointsEvidence) -> None:
-        if not self.points:
-            off = np.array(PointsBorneOut(self.camera).off_m(self._first, evidence.keypoints))
-            self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
-        self.points.append((time_s, evidence.keypoints))
+    def reasons(self, table: dict[str, Any]) -> list[dict[str, str]]:
+        """What speaks against each joint of a frame, `""` for the frame.
 
-    def points_reasons(self, table: dict[str, Any]) -> list[dict[str, str]]:
-        """What keypoints alone say against what was made of them in the end; they are few enough to be kept."""
-        looked = PointsBorneOut(self.camera)
-        for row, (time_s, points) in enumerate(self.points):
-            looked.look(time_s, {name: table[name][row][0] for name in KEY_JOINTS}, points)
-        return looked.reasons()
+        Keypoints are asked of what was made of them in the end, pictures, which are too many to be kept, as they came.
+        """
+        points, trunk = PointsBorneOut(self.camera), TrunkSeen(self.camera)
+        for row, (time_s, keypoints) in enumerate(self.points):
+            means = {name: table[name][row][0] for name in KEY_JOINTS}
+            trunk.look(time_s, means, keypoints)
+            if self.is_alone:
+                points.look(time_s, means, keypoints)
+        seen = points.reasons() if self.is_alone else self.borne_out.reasons()
+        for words, of_trunk in zip(seen, trunk.reasons(), strict=True):
+            if of_trunk:
+                words[""] = "; ".join(filter(None, (words.get(""), of_trunk)))
+        return seen
 
     def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
         """Of the key joints, how many have foreground about them."""
@@ -116,6 +122,7 @@ def track_body(
     threads: int | None = None,
 ) -> BodyTrack:
     """Track a body: see `pytracker.track`."""
+    method = method.known_by(recording.spreads)
     check_cues(recording, method)
     began = time.perf_counter()
     senses = senses_of(recording)
@@ -145,16 +152,14 @@ def check_cues(recording: BodyRecording, method: BodyMethod) -> None:
 
 def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Array) -> list[dict[str, str]]:
     """Why joints of a frame are not to be believed, by joint, `""` for the frame; empty where they are."""
-    if watched.points:
-        seen = watched.points_reasons(found.table)
-    else:
-        seen = watched.borne_out.reasons()
-        # A paper's filter sees blobs and nothing else of the skin.
-        if method.skin_loss == 0.0:
-            blind = [not np.isfinite(row).any() for row in blobs]
-            seen = [words or ({"": "no skin blob"} if none else {}) for words, none in zip(seen, blind, strict=True)]
-    doubts = (str(doubt) for doubt in found.table["doubt"])
-    seen = [words | {"": doubt} if doubt else words for words, doubt in zip(seen, doubts, strict=True)]
+    seen = watched.reasons(found.table)
+    # A paper's filter sees blobs and nothing else of the skin.
+    if method.skin_loss == 0.0 and not watched.is_alone:
+        blind = [not np.isfinite(row).any() for row in blobs]
+        seen = [words or ({"": "no skin blob"} if none else {}) for words, none in zip(seen, blind, strict=True)]
+    for words, doubt in zip(seen, found.table["doubt"], strict=True):
+        if doubt:
+            words[""] = "; ".join(filter(None, (str(doubt), words.get(""))))
     return seen + [{"": "the track was lost before"}] * (found.count - found.tracked)
 
 

@@ -57,6 +57,8 @@ AS_GOOD = 8.0
 SURPRISING = 2.0
 """What was measured once should not differ by more standard deviations; of right ones, worn too, none does by 1.3."""
 
+LYING_DEG = 60.0
+"""Nobody who is upright leans so far."""
 FEW_UNSEEN = 0.2
 """Fewer frames without the patch are usual."""
 
@@ -171,8 +173,23 @@ def where_of(recording: Recording) -> str:
     return recording.folder.resolve().name if recording.folder else "the recording"
 
 
+def _lies(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where the first pose has its head beside its hips, not above them."""
+    joints = track.recording.skeleton.joints(track.recording.initial[None])
+    trunk = (joints["head"] - joints["root"])[0]
+    off_deg = float(np.degrees(np.arccos(np.clip(trunk[1] / np.linalg.norm(trunk), -1.0, 1.0))))
+    if off_deg < LYING_DEG:
+        return ()
+    return (
+        f"{where_of(track.recording)}: in the first pose the head is {off_deg:.0f}° off straight above the hips, and a "
+        "body's world has its y axis up: is another axis up in the camera's world (rotation, points)?",
+    )
+
+
 def _of_body(track: BodyTrack) -> tuple[str, ...]:
     where = where_of(track.recording)
+    if lies := _lies(track):
+        return lies
     if track.points_off_m > POINTS_OFF_M:
         return (
             f"{where}: at the first frame the keypoints of the arms lie {100 * track.points_off_m:.0f} cm beside the "

@@ -6,10 +6,12 @@ from typing import overload
 
 from pytracker._core import InputError
 from pytracker.evidence.sightings import Progress, Sightings
+from pytracker.evidence.trunk import distance_changes
 from pytracker.methods.arm import ArmMethod, Smooth
 from pytracker.methods.body import BodyMethod, BodySmooth, Partitioned
 from pytracker.methods.method import Method
 from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
+from pytracker.skeleton.skeleton import UPPER_BODY
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack, track_body
 
@@ -20,11 +22,13 @@ def default_method(recording: Recording) -> Method:
     """The best for a recording that is there as a whole.
 
     A body is smoothed where keypoints or sensors say where its joints are: skin and outlines alone gain little by it.
+    Where keypoints show that the person comes nearer or goes farther off, the distance is tracked too.
     """
-    if isinstance(recording, BodyRecording):
-        is_told = recording.view.keypoints is not None or bool(recording.imus)
-        return BodySmooth() if is_told else Partitioned()
-    return Smooth()
+    if not isinstance(recording, BodyRecording):
+        return Smooth()
+    if recording.view.keypoints is None:
+        return BodySmooth() if recording.imus else Partitioned()
+    return BodySmooth(free=(*UPPER_BODY, "root_tz")) if distance_changes(recording) else BodySmooth()
 
 
 @overload

@@ -4,7 +4,7 @@
 //! plane, leaves the picture as it was: the distance all alike, a lean in proportion to the height above the root, a turn to
 //! the place beside it. An arm goes with its shoulder: how it is foreshortened says where it is from there. The 11 channels
 //! hold all three and the evidence says nothing of them, so that their posterior is what is known beforehand:
-//! normal, nothing at the first frame (whose pose is given), the whole after some seconds. Their covariance is added to
+//! normal, at the first frame no more than its pose is unsure of, the whole after some seconds. Their covariance is added to
 //! that of the particles, which would be spent on what no weight tells apart were they to draw it.
 
 use super::figure::KEY_JOINTS;
@@ -29,6 +29,8 @@ const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
 pub struct Unseen {
     /// Of the root's distance, m.
     pub distance_m: f64,
+    /// Of its distance at the first frame, and so in all, m.
+    pub first_distance_m: f64,
     /// Of the trunk's lean towards the camera, rad.
     pub lean: f64,
     /// Of the trunk's turn about its long axis, rad.
@@ -43,6 +45,8 @@ impl Unseen {
     pub fn check(&self) -> Result<()> {
         let zero_or_more = |x: f64| (0.0..=MOST).contains(&x);
         require(zero_or_more(self.distance_m), "unseen_distance_sd_m", self.distance_m, "0 m or more")?;
+        let first = self.first_distance_m;
+        require(zero_or_more(first), "first_distance_sd_m", first, "0 m or more")?;
         require(zero_or_more(self.lean), "unseen_lean_sd_rad", self.lean, "0 rad or more")?;
         require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")
     }
@@ -50,7 +54,8 @@ impl Unseen {
     /// Add it to covariance and bands of the key joints, `(8 * 3,)` m, `since_s` after the first frame. Mean and mode stay.
     pub fn add(&self, joints: &mut Summary, projection: &Projection, since_s: f64) {
         let grown = (-(-2.0 * since_s / MEMORY_S).exp_m1()).sqrt();
-        let sd = [self.distance_m, self.lean, self.turn].map(|sd| sd * grown);
+        let mut sd = [self.distance_m, self.lean, self.turn].map(|sd| sd * grown);
+        sd[0] = sd[0].hypot(self.first_distance_m);
         if sd == [0.0; 3] {
             return;
         }
@@ -90,7 +95,7 @@ mod tests {
     use crate::particles::ParticleSet;
     use nalgebra::Matrix3;
 
-    const SD: Unseen = Unseen { distance_m: 0.05, lean: 0.1, turn: 0.2 };
+    const SD: Unseen = Unseen { distance_m: 0.05, first_distance_m: 0.0, lean: 0.1, turn: 0.2 };
 
     fn close(a: f64, b: f64, within: f64) {
         assert!((a - b).abs() <= within, "{a} is not {b} within {within}");
@@ -150,6 +155,16 @@ mod tests {
         close(sd(0.5), 0.05 * (1.0 - (-1.0f64).exp()).sqrt(), 1e-12);
     }
 
+    #[test]
+    fn a_first_pose_that_is_unsure_of_its_distance_is_so_from_the_first() {
+        let unsure = Unseen { first_distance_m: 0.12, ..SD };
+        for (since_s, expected) in [(0.0, 0.12), (50.0, 0.13)] {
+            let mut all = joints();
+            unsure.add(&mut all, &front(), since_s);
+            close(all.covariance[(2, 2)].sqrt(), expected, 1e-12);
+        }
+    }
+
     /// Through a pinhole every joint has a ray of its own.
     #[test]
     fn pixels_stay_where_they_are() {
@@ -184,9 +199,10 @@ mod tests {
 
     #[test]
     fn ranges() {
-        assert!(Unseen { distance_m: 0.0, lean: 0.0, turn: 0.0 }.check().is_ok());
+        assert!(Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0 }.check().is_ok());
         for bad in [-0.1, f64::NAN, f64::INFINITY] {
             assert!(Unseen { distance_m: bad, ..SD }.check().is_err());
+            assert!(Unseen { first_distance_m: bad, ..SD }.check().is_err());
             assert!(Unseen { lean: bad, ..SD }.check().is_err());
             assert!(Unseen { turn: bad, ..SD }.check().is_err());
         }

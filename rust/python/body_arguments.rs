@@ -60,6 +60,7 @@ struct MethodArgument {
     gate_m: f64,
     anew_share: f64,
     unseen_distance_sd_m: f64,
+    first_distance_sd_m: f64,
     unseen_lean_sd_rad: f64,
     unseen_turn_sd_rad: f64,
     skin_loss: f64,
@@ -141,7 +142,12 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         orientation_inflation: m.orientation_inflation,
         effort_loss: m.effort_loss,
         smoothing: extract_smoothing(method)?,
-        unseen: Unseen { distance_m: m.unseen_distance_sd_m, lean: m.unseen_lean_sd_rad, turn: m.unseen_turn_sd_rad },
+        unseen: Unseen {
+            distance_m: m.unseen_distance_sd_m,
+            first_distance_m: m.first_distance_sd_m,
+            lean: m.unseen_lean_sd_rad,
+            turn: m.unseen_turn_sd_rad,
+        },
     };
     method.check()?;
     Ok(method)

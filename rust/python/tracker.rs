@@ -52,8 +52,8 @@ fn body(recording: &Bound<'_, PyAny>, method: &Bound<'_, PyAny>, seed: u64) -> P
     let free: Vec<usize> = skeleton.call_method1("columns", (method.getattr("channels")?,))?.extract()?;
     let projection = extract_projection(&recording.getattr("view")?.getattr("camera")?)?;
     let pose: Vec<f64> = recording.getattr("initial")?.extract()?;
-    let parts: Vec<PartArgument> =
-        skeleton.call_method1("outer_shape", (method.getattr("crown_m")?,))?.extract()?;
+    let method = &method.call_method1("known_by", (recording.getattr("spreads")?,))?;
+    let parts: Vec<PartArgument> = skeleton.call_method1("outer_shape", (method.getattr("crown_m")?,))?.extract()?;
     let method = extract_body_method(method)?;
     let SkeletonArgument { core, limits_rad } = skeleton.extract()?;
     let parts: Vec<Part> = parts.into_iter().map(Into::into).collect();

@@ -1,0 +1,110 @@
+"""Whether the trunk is as large in the picture as it is tracked: who comes nearer, or bends, leaves the model behind.
+
+Distance, lean and turn of a body are what one camera tells least, and are not among the channels that are tracked by
+default; keypoints of shoulders and hips tell all the same that they have changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.points_borne_out import median_of_known
+from pytracker.formats.video import probe
+from pytracker.recording.camera import Camera, WeakPerspective
+from pytracker.recording.recording import BodyRecording
+from pytracker.rotation import Array
+
+__all__ = ["TrunkSeen", "distance_changes"]
+
+CORNERS = [KEYPOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip") for side in ("left", "right")]
+FIRST_S = 0.25
+"""What is seen in the first frames is how large a trunk is whose pose is given."""
+WINDOW_S = 0.25
+LARGER = 1.08
+"""So much longer or wider than at first is no trunk of people who stand where they are: 0.96 to 1.06 on real ones."""
+SHORTER = 0.88
+"""Nor so much shorter, unless it bends: 0.90 to 1.05."""
+NARROWER = 0.7
+"""Nor narrower, unless it turns: 0.78 to 1.06."""
+
+
+NEARER = "comes nearer than is tracked"
+FARTHER = "bends or goes farther off than is tracked"
+USUAL_HZ = 30.0
+LEAVING = 0.87
+"""Length times width: a trunk that bends is shorter, one that turns narrower."""
+OFTEN = 0.25
+"""A trunk that is larger or smaller in so many of the frames has changed its distance."""
+
+
+def distance_changes(recording: BodyRecording) -> bool:
+    """Whether keypoints show that a person comes nearer or goes farther off, to a camera that can tell."""
+    view = recording.view
+    if view.keypoints is None or not isinstance(view.camera, Camera):
+        return False
+    rate_hz = view.rate_hz if view.video is None else probe(view.video).rate_hz
+    first = {name: rows[0] for name, rows in recording.skeleton.joints(recording.initial[None]).items()}
+    trunk = TrunkSeen(view.camera)
+    for frame, points in zip(view.keypoints.frames, view.keypoints.points, strict=True):
+        trunk.look(frame / (rate_hz or USUAL_HZ), first, points)
+    length, width = trunk.ratios().T
+    return float(np.mean((length > LARGER) | (width > LARGER) | ((length < 1.0) & (length * width < LEAVING)))) > OFTEN
+
+
+class TrunkSeen:
+    """How large keypoints show the trunk, against the pose."""
+
+    def __init__(self, camera: Camera | WeakPerspective) -> None:
+        self._camera = camera
+        self._time_s: list[float] = []
+        self._ratios: list[tuple[float, float]] = []
+
+    def look(self, time_s: float, joints: Mapping[str, Array], keypoints: Array | None) -> None:
+        """Take a frame's mean joints, `(3,)` each, world, m, and the points of everyone in it `(P, 9, 3)`, px."""
+        self._time_s.append(time_s)
+        self._ratios.append(self._ratio(joints, keypoints))
+
+    def _ratio(self, joints: Mapping[str, Array], keypoints: Array | None) -> tuple[float, float]:
+        """Seen over tracked, length and width of the trunk; NaN where not all of its corners are seen."""
+        if keypoints is None or not len(keypoints):
+            return np.nan, np.nan
+        left, right, root = self._camera.project(
+            np.stack([joints[n] for n in ("left_shoulder", "right_shoulder", "root")])
+        )
+        neck = 0.5 * (left + right)
+        seen = keypoints[:, CORNERS, :2]
+        middle = 0.5 * (seen[:, 0] + seen[:, 1])
+        apart = np.linalg.norm(middle - neck, axis=1)
+        if not np.isfinite(apart).any():
+            return np.nan, np.nan
+        nearest = int(np.nanargmin(apart))
+        hips = 0.5 * (seen[nearest, 2] + seen[nearest, 3])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            length = np.linalg.norm(middle[nearest] - hips) / np.linalg.norm(neck - root)
+            width = np.linalg.norm(seen[nearest, 0] - seen[nearest, 1]) / np.linalg.norm(left - right)
+        return float(length), float(width)
+
+    def ratios(self) -> Array:
+        """Seen over tracked, length and width `(T, 2)`, against those of the first frames; NaN where not seen."""
+        time_s, ratios = np.array(self._time_s), np.array(self._ratios).reshape(-1, 2)
+        ratios[~np.isfinite(ratios)] = np.nan
+        first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
+        # The median of nothing is NaN, which is larger and smaller than nothing.
+        at_first = median_of_known(ratios[time_s <= time_s[:1] + FIRST_S])
+        recent = [median_of_known(ratios[first[k] : k + 1]) / at_first for k in range(len(time_s))]
+        return np.array(recent).reshape(-1, 2)
+
+    def reasons(self) -> list[str]:
+        """Of every frame; empty where nothing speaks against it."""
+        return [_said(length, width) for length, width in self.ratios()]
+
+
+def _said(length: float, width: float) -> str:
+    if length > LARGER or width > LARGER:
+        return NEARER
+    if length < SHORTER:
+        return FARTHER
+    return "turns farther than is tracked" if width < NARROWER else ""

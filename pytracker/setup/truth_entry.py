@@ -1,0 +1,69 @@
+"""`[truth]` of a recording that is being made: which of a file's points are joints, by how they are called."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from pytracker._core import KEY_JOINTS, InputError
+from pytracker.recording.truth import POINT_FORMATS
+
+__all__ = ["markers_of", "truth_lines"]
+
+SIDES = {"left": ("left", "l"), "right": ("right", "r")}
+JOINTS = ("shoulder", "elbow", "wrist")
+ARM_JOINTS = ("shoulder", "elbow", "wrist")
+
+
+def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, str | list[str]]:
+    """Joints of a `kind` of recording to points called RShoulder, left_elbow, L.Wrist, or the middle of LHip and RHip.
+
+    `side` is an arm's. Those that no point is called like are left out.
+    """
+    plain = {re.sub(r"[^a-z]", "", name.split(":")[-1].lower()): name for name in names}
+
+    def called(of: str, joint: str) -> str | None:
+        return next((plain[word + joint] for word in SIDES[of] if word + joint in plain), None)
+
+    if kind == "arm":
+        found = {joint: called(side, joint) for joint in JOINTS}
+        return {joint: name for joint, name in found.items() if name is not None}
+    markers: dict[str, str | list[str]] = {}
+    hips = [name for of in SIDES if (name := called(of, "hip")) is not None]
+    if len(hips) == len(SIDES):
+        markers["root"] = hips
+    for joint in JOINTS:
+        for of in SIDES:
+            if (name := called(of, joint)) is not None:
+                markers[f"{of}_{joint}"] = name
+    return markers
+
+
+def truth_lines(name: str, file: Path, kind: str, side: str, *, is_turned: bool) -> list[str]:
+    """The table of a file that the recording calls `name`; `is_turned` where the camera's world had its z axis up.
+
+    Raises `InputError` for a file that cannot be read.
+    """
+    lines = ["[truth]", f"file = {name}"]
+    reader = POINT_FORMATS.get(file.suffix.lower())
+    if reader is None:
+        return [*lines, ""]
+    try:
+        names = list(reader(file).positions_m)
+    except InputError as error:
+        return [*lines, f"# it cannot be read: {error}", ""]
+    markers = markers_of(names, kind, side)
+    if set(names) & set(KEY_JOINTS if kind == "body" else ARM_JOINTS):
+        pass  # called as joints are
+    elif markers:
+        pairs = ", ".join(f"{joint} = {_quoted(of)}" for joint, of in markers.items())
+        lines.append(f"markers = {{ {pairs} }}  # by their names: look whether they are joints, or lie on the skin")
+    else:
+        lines.append(f"# markers = {{ ... }}  # missing: which of {', '.join(names)[:200]} are joints")
+    if is_turned:
+        lines.append('up = "z"  # as of the camera; "y" where the file\'s y axis is up')
+    return [*lines, ""]
+
+
+def _quoted(names: str | list[str]) -> str:
+    return f'"{names}"' if isinstance(names, str) else "[" + ", ".join(f'"{name}"' for name in names) + "]"

@@ -1,0 +1,168 @@
+"""Who comes nearer, bends or turns leaves what is tracked: that is told, or tracked where keypoints show a distance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.trunk import TrunkSeen, distance_changes
+from pytracker.formats.keypoints import Keypoints
+from pytracker.recording import BodyRecording, BodyView
+from pytracker.rotation import Array, triple
+from pytracker.scores.evaluate import held
+from pytracker.setup import check, init
+from pytracker.setup.first_pose import first_pose
+from pytracker.skeleton.average import average_skeleton
+from pytracker.tracking import default_method
+
+CAMERA = pt.Camera(
+    matrix=((800.0, 0.0, 320.0), (0.0, 800.0, 240.0), (0.0, 0.0, 1.0)),
+    rotation=((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)),
+    translation_m=(0.0, 1.0, 3.0),
+)
+SKELETON = average_skeleton(1.75)
+RATE_HZ = 30.0
+
+
+def poses(count: int, **channels: Array) -> Array:
+    """Standing still but for channels, `(T,)` m or rad."""
+    rows = np.zeros((count, len(SKELETON.channels)))
+    rows[:, SKELETON.columns(("root_ty",))] = 0.93
+    for name, values in channels.items():
+        rows[:, SKELETON.columns((name,))[0]] += values
+    return rows
+
+
+def points_of(rows: Array, noise_px: float = 0.0) -> Array:
+    """Where a detector sees poses `(T, C)`: `(T, 1, 9, 3)`, px."""
+    starts, _, _ = SKELETON.core.pose(rows)
+    joints = SKELETON.joints(rows)
+    hips = {f"{side}_hip": starts[:, SKELETON.bone(f"{side[0]}femur")] for side in ("left", "right")}
+    places = np.stack([(joints | hips)[name] for name in KEYPOINTS], axis=1)
+    pixels = CAMERA.project(places.reshape(-1, 3)).reshape(len(rows), len(KEYPOINTS), 2)
+    pixels = pixels + noise_px * np.random.default_rng(1).normal(size=pixels.shape)
+    return np.concatenate([pixels, np.ones((*pixels.shape[:2], 1))], axis=2)[:, None]
+
+
+def said(rows: Array, tracked: Array) -> str:
+    """Of the last of some frames whose pose is taken to be `tracked`."""
+    looked = TrunkSeen(CAMERA)
+    joints = SKELETON.joints(tracked)
+    for frame, points in enumerate(points_of(rows)):
+        looked.look(frame / RATE_HZ, {name: at[frame] for name, at in joints.items()}, points)
+    return looked.reasons()[-1]
+
+
+WALK_M = np.linspace(0.0, 0.7, 60)
+
+
+@pytest.mark.parametrize(
+    ("moved", "words"),
+    [
+        ({"root_tz": WALK_M}, "comes nearer than is tracked"),
+        ({"root_tz": -WALK_M}, "bends or goes farther off than is tracked"),
+        ({"root_ry": 1.6 * WALK_M}, "turns farther than is tracked"),
+        ({"lhumerus_ry": -WALK_M, "root_tx": WALK_M}, ""),
+    ],
+)
+def test_what_a_trunk_does_is_told(moved: dict[str, Array], words: str) -> None:
+    rows = poses(60, **moved)
+    still = poses(60, **{name: values for name, values in moved.items() if name == "root_tx"})
+    assert said(rows, still) == words
+    assert said(rows, rows) == ""
+
+
+def test_frames_without_points_say_nothing() -> None:
+    looked = TrunkSeen(CAMERA)
+    joints = {name: at[0] for name, at in SKELETON.joints(poses(1)).items()}
+    looked.look(0.0, joints, None)
+    looked.look(0.1, joints, np.full((1, 9, 3), np.nan))
+    assert looked.reasons() == ["", ""]
+
+
+def recording_of(rows: Array) -> BodyRecording:
+    """Keypoints alone, with the truth."""
+    points = points_of(rows, noise_px=1.0)
+    keypoints = Keypoints(frames=np.arange(len(rows)), points=points)
+    view = BodyView(camera=CAMERA, video=None, size_px=(640, 480), rate_hz=RATE_HZ, start_s=0.0, keypoints=keypoints)
+    time_s = np.arange(len(rows)) / RATE_HZ
+    truth = pt.Truth(time_s=time_s, joints_m=SKELETON.joints(rows))
+    return BodyRecording(view=view, skeleton=SKELETON, initial=rows[0], truth=truth, poses=rows)
+
+
+def test_who_comes_nearer_is_followed_in_depth() -> None:
+    recording = recording_of(poses(60, root_tz=WALK_M))
+    assert distance_changes(recording)
+    method = default_method(recording)
+    track = pt.track(recording, method, 1)
+    ours, still = (pt.evaluate(of, recording.truth).joints["root"].average_m for of in (track, held(track)))
+    fixed = pt.evaluate(pt.track(recording, pt.BodySmooth(), 1), recording.truth).joints["root"].average_m
+    assert ours < 0.06 < 0.25 < still
+    assert ours < 0.4 * fixed
+    still_there = recording_of(poses(60, lhumerus_ry=-WALK_M))
+    assert not distance_changes(still_there)
+    assert default_method(still_there) == pt.BodySmooth()
+
+
+def test_how_well_a_first_pose_knows_its_distance_is_in_the_bands() -> None:
+    recording = recording_of(poses(20))
+    unsure = replace(recording, spreads={"first_distance_sd_m": 0.2})
+    widths = [pt.track(of, pt.BodySmooth(), 1).joints["root"].sd[:, 2] for of in (recording, unsure)]
+    assert (widths[1] > 0.19).all()
+    assert np.allclose(np.hypot(widths[0], 0.2), widths[1], rtol=0.05)
+
+
+@pytest.mark.parametrize("turned_deg", [0.0, 90.0, 200.0])
+@pytest.mark.parametrize("is_from_behind", [False, True])
+def test_a_first_pose_is_found_wherever_the_world_looks(turned_deg: float, is_from_behind: bool) -> None:
+    """A laboratory's axes have nothing to do with where a person stands and looks."""
+    rows = poses(1, lhumerus_ry=np.radians([-60.0]), rhumerus_ry=np.radians([70.0]), lradius_rx=np.radians([30.0]))
+    rows[:, SKELETON.columns(("root_ry",))] = np.pi if is_from_behind else 0.0
+    points = points_of(rows)[0, 0]
+    c, s = np.cos(np.radians(turned_deg)), np.sin(np.radians(turned_deg))
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    moved = np.array([2.0, 0.5, -1.0])
+    rotation = np.array(CAMERA.rotation) @ turn.T
+    camera = replace(
+        CAMERA,
+        rotation=(triple(rotation[0]), triple(rotation[1]), triple(rotation[2])),
+        translation_m=triple(np.array(CAMERA.translation_m) - rotation @ moved),
+    )
+    pose = first_pose(SKELETON, camera, points)
+    assert pose.fits
+    found = np.zeros((1, len(SKELETON.channels)))
+    for name, value in pose.angles.items():
+        found[0, SKELETON.columns((name,))[0]] = value if name.startswith("root_t") else np.radians(value)
+    joints, truth = SKELETON.joints(found), SKELETON.joints(rows)
+    for name in ("root", "left_shoulder", "right_shoulder", "left_wrist", "right_wrist"):
+        assert np.linalg.norm(joints[name][0] - (turn @ truth[name][0] + moved)) < 0.25, name
+
+
+def test_real_people_on_a_beam(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """A man comes 0.7 m nearer: from files to a track, by the calibration of a laboratory whose z axis is up."""
+    people = shared("data/people/pose2sim_truth")
+    trial = people / "S00_P00_SingleParticipant" / "S00_P00_T01_BalancingTrial"
+    videos = shared("data/video/pose2sim_single")
+    for number in (2, 4):
+        folder = tmp_path / f"cam{number}"
+        init(
+            folder,
+            video=videos / f"cam0{number}.mp4",
+            keypoints=trial / "pose" / f"cam0{number}_json",
+            truth=trial / "pose-3d" / "S00_P00_T01_BalancingTrial_0-100_filt_butterworth.trc",
+            camera=people / "S00_Calibration" / "Calib_qualisys.toml",
+            camera_name=f"cam_0{number}",
+        )
+        path = folder / "recording.toml"
+        path.write_text(path.read_text().replace("# height_m = 1.70", "height_m = 1.68"))
+        track = check(folder, write=True).track
+        assert track is not None
+        scores, still = (pt.evaluate(of, track.recording.truth) for of in (track, held(track)))
+        assert scores.average_m < 0.5 * still.average_m
+        assert min(min(joint.coverage) for joint in scores.joints.values()) > 0.7
