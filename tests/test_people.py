@@ -15,6 +15,7 @@ from pytracker.evidence.borne_out import BorneOut
 from pytracker.evidence.silhouette import Silhouette, read_background
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import frames
+from pytracker.report.body_overlay import UNSURE, draw_body
 from pytracker.rotation import Array
 from pytracker.tracking import BodyTrack
 
@@ -122,6 +123,25 @@ def test_a_wrist_that_is_lost_is_mostly_said_so(shared: Callable[[str], Path]) -
     is_lost, is_valid = np.concatenate(lost), np.concatenate(valid)
     assert (~is_valid)[is_lost].mean() > 0.5
     assert (~is_valid)[~is_lost].mean() < 0.5 * (~is_valid)[is_lost].mean()
+
+
+def test_a_forearm_whose_wrist_is_not_known_is_drawn_so(tracked: list[tuple[Path, BodyTrack]]) -> None:
+    _, track = tracked[0]
+    unsure = replace(track.joints["left_wrist"], reason=("not known across the picture",) * len(track.time_s))
+    known = replace(track.joints["left_wrist"], reason=())
+    video = track.recording.view.video
+    assert video is not None
+    image = next(frames(video)).image
+    orange = []
+    for wrist in (known, unsure):
+        joints = dict(track.joints) | {
+            "left_wrist": wrist,
+            "right_wrist": replace(track.joints["right_wrist"], reason=()),
+        }
+        drawn = draw_body(image.copy(), replace(track, joints=joints), 0)
+        orange.append(int((drawn == UNSURE).all(axis=2).sum()))
+    assert orange[0] == 0
+    assert orange[1] > 20
 
 
 def test_points_a_tenth_too_large_are_told(simulated_body: Path, tmp_path: Path) -> None:

@@ -1,4 +1,7 @@
-"""A body's overlay, as Li & Kulić Fig. 9: green skeleton, white rectangles, and the blobs of skin."""
+"""A body's overlay, as Li & Kulić Fig. 9: green skeleton, white rectangles, and blobs of skin that weighed.
+
+Forearms are orange where their wrist is not valid.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +20,11 @@ from pytracker.tracking.body import BodyTrack
 __all__ = ["draw_body", "write_body_overlay"]
 
 SKELETON = (60, 200, 60)
+UNSURE = (0, 140, 255)
+"""Forearms whose wrist is not valid."""
 SHAPE = (255, 255, 255)
 SKIN = (60, 60, 230)
+LOWER_ARM = ("radius", "wrist", "hand")
 LEGS = ("femur", "tibia", "foot", "toes", "hipjoint", "fingers", "thumb")
 
 
@@ -37,22 +43,24 @@ def draw_body(frame: Image, track: BodyTrack, row: int) -> Image:
     image, scale = enlarged(frame)
     if np.isfinite(track.poses[row]).all():
         starts, ends, _ = track.recording.skeleton.core.pose(track.poses[row : row + 1])
+        is_known = {side[0]: track.joints[f"{side}_wrist"].valid[row] for side in ("left", "right")}
         for part in track.recording.skeleton.outer_shape(track.method.crown_m):
             _rectangle(image, track, part, starts[0], ends[0], scale)
         for k, bone in enumerate(track.recording.skeleton.bones):
             if not bone.name.endswith(LEGS):
-                _line(image, track.recording.view.camera.project(np.stack([starts[0, k], ends[0, k]])) * scale)
+                ends_px = track.recording.view.camera.project(np.stack([starts[0, k], ends[0, k]])) * scale
+                _line(image, ends_px, SKELETON if bone.name[1:] not in LOWER_ARM or is_known[bone.name[0]] else UNSURE)
     for blob in track.blobs[row]:
-        if np.isfinite(blob).all():
+        if "blobs" in track.method.cues and np.isfinite(blob).all():
             cv2.circle(image, np.rint(blob * scale).astype(int).tolist(), 6, SKIN, 2, cv2.LINE_AA)
     caption(image, f"{track.time_s[row]:6.2f} s  {track.reason[row]}")
     return image
 
 
-def _line(image: Image, pixels: Array) -> None:
+def _line(image: Image, pixels: Array, colour: tuple[int, int, int]) -> None:
     if np.isfinite(pixels).all() and np.abs(pixels).max() < 10_000:
         a, b = np.rint(pixels).astype(int).tolist()
-        cv2.line(image, a, b, SKELETON, 2, cv2.LINE_AA)
+        cv2.line(image, a, b, colour, 2, cv2.LINE_AA)
 
 
 def _rectangle(image: Image, track: BodyTrack, part: Part, starts: Array, ends: Array, scale: float) -> None:

@@ -37,18 +37,15 @@ def render_body_page(tracks: Sequence[BodyTrack], contents: Contents, *, has_ove
 
 def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
     """What a clinician reads: one paragraph, in words and centimetres."""
-    seen = 100 * np.isfinite(track.blobs).all(axis=2).mean(axis=0)
     band = np.nanmean(
         [(track.joints[j].hi - track.joints[j].lo) / 2 for j in ("left_wrist", "right_wrist")], axis=(0, 1)
     )
     alone = track.recording.view.video is None
-    skin = (
-        f"Skin was found for the head in {seen[0]:.0f} %, the left hand in {seen[1]:.0f} % and the right hand in "
-        f"{seen[2]:.0f} % of the frames."
-    )
+    left, right = (100 * track.joints[f"{side}_wrist"].valid.mean() for side in ("left", "right"))
+    known = f"The left wrist is valid in {left:.0f} %, the right one in {right:.0f} % of the frames."
     words = (
         f"The upper body was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera "
-        f"frames) by “{label}”. {'There was no video, only keypoints of one.' if alone else skin} The tracker "
+        f"frames) by “{label}”. {'There was no video, only keypoints of one. ' if alone else ''}{known} The tracker "
         f"states its own uncertainty of the wrists as a 95 % band of on average ±{100 * band[0]:.1f} cm sideways, "
         f"±{100 * band[1]:.1f} cm in height and ±{100 * band[2]:.1f} cm in depth, which a single camera does not see."
     )
