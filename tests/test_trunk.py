@@ -136,6 +136,7 @@ def test_a_first_pose_is_found_wherever_the_world_looks(turned_deg: float, is_fr
     )
     pose = first_pose(SKELETON, camera, points)
     assert pose.fits
+    assert pose.is_from_behind == is_from_behind
     found = np.zeros((1, len(SKELETON.channels)))
     for name, value in pose.angles.items():
         found[0, SKELETON.columns((name,))[0]] = value if name.startswith("root_t") else np.radians(value)

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomlkit
 
+from pytracker.setup import init
 from pytracker.setup.truth_entry import markers_of, truth_lines
 from pytracker.setup.upright import as_trc, as_z_up, axis_up
 
@@ -54,5 +56,15 @@ def test_what_init_says_of_a_truth(tmp_path: Path) -> None:
     lines = truth_lines('"joints.csv"', file, "arm", "right", is_turned=True)
     assert lines[2].startswith('markers = { elbow = "RElbow" }')
     assert lines[3].startswith('up = "z"')
+    file.write_text('time_s,R"Elbow_x_m,R"Elbow_y_m,R"Elbow_z_m\n0,0,0,0\n1,0,0,0\n')
+    written = "\n".join(truth_lines('"joints.csv"', file, "arm", "right", is_turned=False))
+    assert tomlkit.parse(written)["truth"]["markers"] == {"elbow": 'R"Elbow'}
     file.write_text("nothing\n")
     assert "cannot be read" in truth_lines('"joints.csv"', file, "arm", "right", is_turned=False)[2]
+
+
+def test_a_rotation_that_is_none_is_left_to_the_loader(simulated_body: Path, tmp_path: Path) -> None:
+    known = tmp_path / "camera.toml"
+    known.write_text("rotation = [[1, 0], [0, 1]]\n")
+    path = init(tmp_path / "out", video=simulated_body / "video.mp4", camera=known)
+    assert "rotation = [[1, 0], [0, 1]]" in path.read_text()

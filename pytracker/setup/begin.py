@@ -81,7 +81,10 @@ def _turn(known: dict[str, object], truth: Path | None) -> str:
     """Turn what is known of a body's camera to a world whose y axis is up; how, in words, empty where it was up."""
     if "rotation" not in known:
         return ""
-    rotation = np.array(known["rotation"], dtype=float)
+    try:
+        rotation = np.array(known["rotation"], dtype=float).reshape(3, 3)
+    except (TypeError, ValueError):
+        return ""  # said where it is loaded
     up = axis_up(rotation)
     if up in ("y", ""):
         return ""

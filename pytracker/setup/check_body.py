@@ -85,6 +85,8 @@ def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView) -> Finding:
         f"joints lie {pose.rms_px:.1f} px from the frame's keypoints (RMS), the {name.replace('_', ' ')} farthest: "
         f"{sds:.1f} standard deviations; depth is as people usually stand"
     )
+    if pose.is_from_behind:
+        words += "; the person is seen from behind, or the picture is mirrored"
     if not pose.fits:
         return Finding("first pose", "cannot be told", f"{words}: check camera, skeleton and keypoints")
     if (draft.folder / INITIAL).exists():

@@ -57,12 +57,14 @@ class FirstPose:
         rms_px: how far its joints lie from the keypoints.
         worst: the keypoint that lies farthest, and by how many standard deviations.
         distance_sd_m: how well it tells how far off the person is, m; None for weak perspective, which knows none.
+        is_from_behind: whether the camera sees the person's back; or the picture is mirrored.
     """
 
     angles: dict[str, float]
     rms_px: float
     worst: tuple[str, float]
     distance_sd_m: float | None
+    is_from_behind: bool
 
     @property
     def fits(self) -> bool:
@@ -106,8 +108,8 @@ def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Arr
         beside = ((found - pixels) / sd).reshape(len(values), -1)
         return np.concatenate([np.nan_to_num(beside, nan=1e3), (values - prior) / SDS], axis=1)
 
-    stands = _stands(camera, {names[k]: points[k, :2] for k in seen})
-    fits = [_fitted(residuals, start) for start in _starts(stands)]
+    at = {names[k]: points[k, :2] for k in seen}
+    fits = [_fitted(residuals, start) for start in _starts(_stands(camera, at))]
     best, _ = min(fits, key=lambda fit: fit[1])
     beside = np.linalg.norm(camera.project(joints(best[None])[0]) - pixels, axis=1)
     worst = int(np.argmax(beside))
@@ -116,9 +118,8 @@ def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Arr
         for name, value in zip(CHANNELS, best, strict=True)
     }
     rms = float(np.sqrt(np.mean(beside**2)))
-    return FirstPose(
-        angles, rms, (names[seen[worst]], float(beside[worst] / sd)), _distance_sd(camera, joints(best[None])[0])
-    )
+    distance_sd_m = _distance_sd(camera, joints(best[None])[0])
+    return FirstPose(angles, rms, (names[seen[worst]], float(beside[worst] / sd)), distance_sd_m, _is_from_behind(at))
 
 
 def _distance_sd(camera: WeakPerspective | Camera, places: Array) -> float | None:
@@ -131,7 +132,7 @@ def _distance_sd(camera: WeakPerspective | Camera, places: Array) -> float | Non
 def _stands(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> Array:
     """Where a person stands and where they look, by joints that are seen, px: root_tx .. root_rz, m and rad.
 
-    They look at the camera, or away from it where their left shoulder is seen left of the right one.
+    They look at the camera, or away from it where they are seen from behind.
     """
     place = np.array([0.0, HIPS_M, 0.0])
     if isinstance(camera, Camera):
@@ -141,9 +142,15 @@ def _stands(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> Array:
         u, v = (row[:3] for row in np.array(camera.affine))
         to_camera = -np.cross(u, v)
     turn = float(np.arctan2(to_camera[0], to_camera[2]))
-    if {"left_shoulder", "right_shoulder"} <= set(seen) and seen["left_shoulder"][0] < seen["right_shoulder"][0]:
+    if _is_from_behind(seen):
         turn += np.pi
     return np.array([*place, 0.0, turn, 0.0])
+
+
+def _is_from_behind(seen: dict[str, Array]) -> bool:
+    """Whether the left shoulder is seen left of the right one."""
+    left, right = (seen.get(f"{side}_shoulder") for side in ("left", "right"))
+    return left is not None and right is not None and bool(left[0] < right[0])
 
 
 def _place(camera: Camera, seen: dict[str, Array]) -> Array:

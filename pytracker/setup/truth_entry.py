@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import tomlkit
+
 from pytracker._core import KEY_JOINTS, InputError
 from pytracker.recording.truth import POINT_FORMATS
 
@@ -12,7 +14,6 @@ __all__ = ["markers_of", "truth_lines"]
 
 SIDES = {"left": ("left", "l"), "right": ("right", "r")}
 JOINTS = ("shoulder", "elbow", "wrist")
-ARM_JOINTS = ("shoulder", "elbow", "wrist")
 
 
 def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, str | list[str]]:
@@ -42,7 +43,7 @@ def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, st
 def truth_lines(name: str, file: Path, kind: str, side: str, *, is_turned: bool) -> list[str]:
     """The table of a file that the recording calls `name`; `is_turned` where the camera's world had its z axis up.
 
-    Raises `InputError` for a file that cannot be read.
+    Of one that cannot be read it says why.
     """
     lines = ["[truth]", f"file = {name}"]
     reader = POINT_FORMATS.get(file.suffix.lower())
@@ -51,19 +52,20 @@ def truth_lines(name: str, file: Path, kind: str, side: str, *, is_turned: bool)
     try:
         names = list(reader(file).positions_m)
     except InputError as error:
-        return [*lines, f"# it cannot be read: {error}", ""]
+        return [*lines, f"# it cannot be read: {_one_line(str(error))}", ""]
     markers = markers_of(names, kind, side)
-    if set(names) & set(KEY_JOINTS if kind == "body" else ARM_JOINTS):
+    if set(names) & set(KEY_JOINTS if kind == "body" else JOINTS):
         pass  # called as joints are
     elif markers:
-        pairs = ", ".join(f"{joint} = {_quoted(of)}" for joint, of in markers.items())
+        pairs = ", ".join(f"{joint} = {tomlkit.item(of).as_string()}" for joint, of in markers.items())
         lines.append(f"markers = {{ {pairs} }}  # by their names: look whether they are joints, or lie on the skin")
     else:
-        lines.append(f"# markers = {{ ... }}  # missing: which of {', '.join(names)[:200]} are joints")
+        lines.append(f"# markers = {{ ... }}  # missing: which of {_one_line(', '.join(names))} are joints")
     if is_turned:
         lines.append('up = "z"  # as of the camera; "y" where the file\'s y axis is up')
     return [*lines, ""]
 
 
-def _quoted(names: str | list[str]) -> str:
-    return f'"{names}"' if isinstance(names, str) else "[" + ", ".join(f'"{name}"' for name in names) + "]"
+def _one_line(words: str) -> str:
+    """As a comment can hold it."""
+    return "".join(letter if letter.isprintable() else " " for letter in words)[:200]
