@@ -11,8 +11,10 @@ import pytest
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
+from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen, distance_changes
 from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.video import Image
 from pytracker.recording import BodyRecording, BodyView
 from pytracker.rotation import Array, triple
 from pytracker.scores.evaluate import held
@@ -26,6 +28,8 @@ CAMERA = pt.Camera(
     rotation=((1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, -1.0)),
     translation_m=(0.0, 1.0, 3.0),
 )
+WHOLE = replace(CAMERA, translation_m=(0.0, 1.0, 6.0))
+"""So far off that feet are in the picture."""
 SKELETON = average_skeleton(1.75)
 RATE_HZ = 30.0
 
@@ -84,6 +88,39 @@ def test_frames_without_points_say_nothing() -> None:
     looked.look(0.0, joints, None)
     looked.look(0.1, joints, np.full((1, 9, 3), np.nan))
     assert looked.reasons() == ["", ""]
+
+
+def figure(rows: Array, feet_m: float = 0.0, raised_m: float = 0.0) -> Image:
+    """A person standing at poses `(1, C)` with the crown 11 cm above the head, and a raised arm beside it."""
+    joints = SKELETON.joints(rows)
+    head, root = joints["head"][0], joints["root"][0]
+    crown, hand = head + np.array([0.0, 0.11, 0.0]), head + np.array([0.35, raised_m, 0.0])
+    (u, top), (_, bottom), (beside, highest) = WHOLE.project(np.stack([crown, [root[0], feet_m, root[2]], hand]))
+    mask = np.zeros((480, 640), np.uint8)
+    mask[max(0, round(top)) : round(bottom), round(u) - 20 : round(u) + 20] = 255
+    mask[max(0, round(highest)) : round(bottom), round(beside) : round(beside) + 10] = 255
+    return mask
+
+
+@pytest.mark.parametrize(
+    ("moved", "raised_m", "feet_m", "words"),
+    [
+        ({"root_tz": WALK_M}, 0.0, 0.0, "comes nearer than is tracked"),
+        ({"root_tz": -2.5 * WALK_M}, 0.0, 0.0, "bends, squats or goes farther off than is tracked"),
+        ({"root_tx": WALK_M}, 0.5, 0.0, ""),
+        ({"root_tz": WALK_M}, 0.0, -1.5, ""),
+    ],
+)
+def test_of_a_video_alone_the_height_tells(moved: dict[str, Array], raised_m: float, feet_m: float, words: str) -> None:
+    """Raised arms are no height, and feet out of the picture tell nothing."""
+    rows = poses(60, **moved)
+    looked = StatureSeen(WHOLE)
+    joints = SKELETON.joints(poses(60, **{name: x for name, x in moved.items() if name == "root_tx"}))
+    for k in range(60):
+        mask = figure(rows[k : k + 1], feet_m, raised_m * k / 60)
+        looked.look(k / RATE_HZ, {name: at[k] for name, at in joints.items()}, mask)
+    assert looked.reasons()[-1] == words
+    assert looked.reasons()[0] == ""
 
 
 def recording_of(rows: Array) -> BodyRecording:

@@ -5,7 +5,7 @@
 | `camshift`, `sightings` | an arm's colour patch in one video, in all of them |
 | `silhouette`, `keypoints`, `senses` | a body's edges, skin and foreground; a detector's points; both of a frame |
 | `observations` | what a tracker takes, streamed in order of time |
-| `borne_out`, `ambiguity`, `points_borne_out`, `trunk` | whether pictures, skin, keypoints bear a pose out |
+| `borne_out`, `ambiguity`, `points_borne_out`, `trunk`, `stature` | whether pictures, skin, keypoints bear a pose out |
 | `coloured`, `boards` | coloured things that move; calibration boards |
 """
 

@@ -14,6 +14,7 @@ from pytracker.evidence.points_borne_out import PointsBorneOut
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress
 from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
@@ -64,11 +65,13 @@ class _Watched:
         first = recording.skeleton.joints(recording.initial[None])
         self._first = {name: rows[0] for name, rows in first.items()}
         self.borne_out = BorneOut(self.camera, self._first, [imu.segment for imu in recording.imus])
+        self.stature = StatureSeen(self.camera)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
         self.points: list[tuple[float, Array | None]] = []
         self.points_off_m = float("nan")
         self.is_alone = recording.view.video is None
+        self.has_keypoints = recording.view.keypoints is not None
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
         evidence, is_first = observation.evidence, not self.points
@@ -82,6 +85,8 @@ class _Watched:
         if is_first:
             self.head_off_m = head_off(self.camera, self._first, evidence)
         self.borne_out.look(observation.time_s, means, sds, evidence)
+        if not self.has_keypoints:
+            self.stature.look(observation.time_s, means, evidence.foreground)
         if (len(self.points) - 1) % LOOK_EVERY == 0:
             self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
 
@@ -97,9 +102,10 @@ class _Watched:
             if self.is_alone:
                 points.look(time_s, means, keypoints)
         seen = points.reasons() if self.is_alone else self.borne_out.reasons()
-        for words, of_trunk in zip(seen, trunk.reasons(), strict=True):
-            if of_trunk:
-                words[""] = "; ".join(filter(None, (words.get(""), of_trunk)))
+        moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
+        for words, of_distance in zip(seen, moved, strict=True):
+            if of_distance:
+                words[""] = "; ".join(filter(None, (words.get(""), of_distance)))
         return seen
 
     def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
