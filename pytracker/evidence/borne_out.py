@@ -16,7 +16,7 @@ from pytracker.evidence.silhouette import BodyEvidence, Region
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["WINDOW_S", "BorneOut", "head_off"]
+__all__ = ["ARMS", "COLUMN_M", "WINDOW_S", "BorneOut", "head_off"]
 
 SIDES = ("left", "right")
 WRISTS = tuple(f"{side}_wrist" for side in SIDES)

@@ -7,13 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.borne_out import WINDOW_S
+from pytracker.evidence.borne_out import ARMS, WINDOW_S
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
 __all__ = ["PointsBorneOut", "median_of_known"]
 
-ARMS = tuple(f"{side}_{joint}" for side in ("left", "right") for joint in ("elbow", "wrist"))
 LIMBS = (*ARMS, "left_shoulder", "right_shoulder")
 """Joints that every detector means alike; heads and hips it does not."""
 ELSEWHERE_M = 0.15

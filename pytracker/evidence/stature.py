@@ -10,20 +10,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.points_borne_out import median_of_known
-from pytracker.evidence.trunk import NEARER
+from pytracker.evidence.borne_out import COLUMN_M
+from pytracker.evidence.trunk import NEARER, against_first
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
 __all__ = ["StatureSeen"]
 
-COLUMN_M = 0.10
-"""The crown is looked for so far beside the head."""
-FIRST_S = 0.25
-WINDOW_S = 0.25
 RIM_PX = 2
 """A foreground that ends so near the rim of the picture goes on beyond it."""
+FARTHER = "bends, squats or goes farther off than is tracked"
 TALLER = 1.10
 SHORTER = 0.82
 """Of people who stand where they are it is 0.90 to 1.05 times as tall as at first."""
@@ -56,9 +53,5 @@ class StatureSeen:
 
     def reasons(self) -> list[str]:
         """Of every frame; empty where nothing speaks against it, and where feet were not seen at first."""
-        time_s, tall_m = np.array(self._time_s), np.array(self._tall_m)[:, None]
-        first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
-        at_first = median_of_known(tall_m[time_s <= time_s[:1] + FIRST_S])
-        recent = np.array([(median_of_known(tall_m[first[k] : k + 1]) / at_first)[0] for k in range(len(time_s))])
-        too_small = "bends, squats or goes farther off than is tracked"
-        return [NEARER if ratio > TALLER else too_small if ratio < SHORTER else "" for ratio in recent]
+        recent = against_first(np.array(self._time_s), np.array(self._tall_m).reshape(-1, 1))[:, 0]
+        return [NEARER if ratio > TALLER else FARTHER if ratio < SHORTER else "" for ratio in recent]

@@ -11,18 +11,18 @@ from collections.abc import Mapping
 import numpy as np
 
 from pytracker._core import KEYPOINTS
+from pytracker.evidence.borne_out import WINDOW_S
 from pytracker.evidence.points_borne_out import median_of_known
 from pytracker.formats.video import probe
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 
-__all__ = ["TrunkSeen", "distance_changes"]
+__all__ = ["NEARER", "TrunkSeen", "against_first", "distance_changes"]
 
 CORNERS = [KEYPOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip") for side in ("left", "right")]
 FIRST_S = 0.25
-"""What is seen in the first frames is how large a trunk is whose pose is given."""
-WINDOW_S = 0.25
+"""What is seen in the first frames is how large a person is whose pose is given."""
 LARGER = 1.08
 """So much longer or wider than at first is no trunk of people who stand where they are: 0.96 to 1.06 on real ones."""
 SHORTER = 0.88
@@ -52,6 +52,15 @@ def distance_changes(recording: BodyRecording) -> bool:
         trunk.look(frame / (rate_hz or USUAL_HZ), first, points)
     length, width = trunk.ratios().T
     return float(np.mean((length > LARGER) | (width > LARGER) | ((length < 1.0) & (length * width < LEAVING)))) > OFTEN
+
+
+def against_first(time_s: Array, sizes: Array) -> Array:
+    """Sizes `(T, K)` lately, over those of the first frames; NaN, larger and smaller than nothing, where not seen."""
+    sizes = np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, np.nan)
+    first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
+    at_first = median_of_known(sizes[time_s <= time_s[:1] + FIRST_S])
+    recent = [median_of_known(sizes[first[k] : k + 1]) / at_first for k in range(len(time_s))]
+    return np.array(recent).reshape(sizes.shape)
 
 
 class TrunkSeen:
@@ -89,13 +98,7 @@ class TrunkSeen:
 
     def ratios(self) -> Array:
         """Seen over tracked, length and width `(T, 2)`, against those of the first frames; NaN where not seen."""
-        time_s, ratios = np.array(self._time_s), np.array(self._ratios).reshape(-1, 2)
-        ratios[~np.isfinite(ratios)] = np.nan
-        first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
-        # The median of nothing is NaN, which is larger and smaller than nothing.
-        at_first = median_of_known(ratios[time_s <= time_s[:1] + FIRST_S])
-        recent = [median_of_known(ratios[first[k] : k + 1]) / at_first for k in range(len(time_s))]
-        return np.array(recent).reshape(-1, 2)
+        return against_first(np.array(self._time_s), np.array(self._ratios).reshape(-1, 2))
 
     def reasons(self) -> list[str]:
         """Of every frame; empty where nothing speaks against it."""

@@ -104,8 +104,7 @@ class _Watched:
         seen = points.reasons() if self.is_alone else self.borne_out.reasons()
         moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
         for words, of_distance in zip(seen, moved, strict=True):
-            if of_distance:
-                words[""] = "; ".join(filter(None, (words.get(""), of_distance)))
+            _add(words, of_distance)
         return seen
 
     def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
@@ -164,9 +163,14 @@ def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Arra
         blind = [not np.isfinite(row).any() for row in blobs]
         seen = [words or ({"": "no skin blob"} if none else {}) for words, none in zip(seen, blind, strict=True)]
     for words, doubt in zip(seen, found.table["doubt"], strict=True):
-        if doubt:
-            words[""] = "; ".join(filter(None, (str(doubt), words.get(""))))
+        _add(words, str(doubt))
     return seen + [{"": "the track was lost before"}] * (found.count - found.tracked)
+
+
+def _add(words: dict[str, str], why: str) -> None:
+    """Add a reason that goes for all of a frame, where there is one."""
+    if why:
+        words[""] = "; ".join(filter(None, (words.get(""), why)))
 
 
 def _in_words(words: dict[str, str]) -> str:
