@@ -98,6 +98,10 @@ class Observation:
     @staticmethod
     def patch(time_s: float, pixel: Any, index: int | None = None) -> Observation: ...
     @staticmethod
+    def landmark(
+        time_s: float, joint: str, pixel: Any, sd_px: float, camera: int = 0, index: int | None = None
+    ) -> Observation: ...
+    @staticmethod
     def orientation(
         time_s: float,
         segment: str,

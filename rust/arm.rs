@@ -18,6 +18,8 @@
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
 //! | [`worn`] | not in the paper: the motion of a worn sensor, whose orientation is not quite right |
 //! | [`measurements`] | not in the paper: what a frame measures of that state, with slopes |
+//! | [`landmark`] | not in the paper: shoulder and elbow as a camera sees them |
+//! | [`upper_arm`] | not in the paper: a sensor on the upper arm |
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
 //! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states |
@@ -30,6 +32,7 @@ pub mod colour;
 pub mod ekf;
 pub mod filter;
 pub mod frame;
+pub mod landmark;
 pub mod length;
 pub mod measurements;
 pub mod method;
@@ -43,6 +46,7 @@ pub mod setup;
 pub mod smooth;
 pub mod state;
 pub mod timeline;
+pub mod upper_arm;
 pub mod worn;
 
 pub use filter::ArmFilter;

@@ -95,7 +95,7 @@ pub enum Error {
     },
     /// What this kind of subject does not take.
     #[error(
-        "{what} is not what this tracker takes, expected IMU samples and patches of an arm, pictures and orientations of a body"
+        "{what} is not what this tracker takes, expected IMU samples, patches, landmarks and the upper arm's orientations of an arm, pictures and orientations of a body"
     )]
     Foreign {
         /// What was given.

@@ -1,5 +1,6 @@
 //! What reaches a tracker, from a recording or from a live source: a time, and what was observed then.
 
+use crate::arm::landmark::Landmark;
 use crate::body::Picture;
 use crate::body::cues::orientation::Orientation;
 use crate::quaternion::Quaternion;
@@ -27,7 +28,9 @@ pub enum What {
     Inertial(Sample),
     /// Arm, a frame: where each camera saw the patch, px; `None` where it did not.
     Patch(Vec<Option<Vector2<f64>>>),
-    /// Body: how a segment that wears an IMU is turned.
+    /// Arm: where a camera saw shoulder or elbow, of the frame that comes next.
+    Landmark(Landmark),
+    /// How a segment that wears an IMU is turned: of a body, or the upper arm of an arm.
     Orientation(Orientation),
     /// Body, a frame: what the camera shows and a detector found.
     Picture(Arc<Picture>),
@@ -43,6 +46,7 @@ impl What {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Inertial(_) => "IMU sample",
+            Self::Landmark(_) => "landmark",
             Self::Orientation(_) => "orientation",
             Self::Patch(_) | Self::Picture(_) => "frame",
         }
@@ -66,12 +70,17 @@ impl Observation {
         Self { time_s: sample.time_s, index: None, what: What::Inertial(sample) }
     }
 
+    /// Where a camera saw shoulder or elbow of an arm.
+    pub fn landmark(time_s: f64, landmark: Landmark) -> Self {
+        Self { time_s, index: None, what: What::Landmark(landmark) }
+    }
+
     /// A frame: where each camera saw the patch.
     pub fn patch(time_s: f64, pixels: Vec<Option<Vector2<f64>>>) -> Self {
         Self { time_s, index: None, what: What::Patch(pixels) }
     }
 
-    /// How a segment of the body is turned.
+    /// How a segment that wears an IMU is turned.
     pub fn orientation(time_s: f64, orientation: Orientation) -> Self {
         Self { time_s, index: None, what: What::Orientation(orientation) }
     }

@@ -4,6 +4,7 @@
 //! beyond it, a frame that is not later than the last is refused, a track that was lost stays lost, and all of it is saved
 //! and restored.
 
+use crate::arm::upper_arm::Direction;
 use crate::arm::{self, ArmFilter};
 use crate::body::{BodyFilter, KEY_JOINTS};
 use crate::error::{require, require_time};
@@ -33,7 +34,8 @@ impl Subject {
         match (self, what) {
             (Self::Arm(arm), What::Patch(pixels)) => arm.check(time_s, pixels),
             (Self::Body(_), What::Picture(picture)) => picture.check(time_s),
-            (Self::Arm(_), What::Inertial(_)) | (Self::Body(_), What::Orientation(_)) => Ok(()),
+            (Self::Arm(arm), What::Landmark(landmark)) => landmark.check(time_s, arm.cameras()),
+            (Self::Arm(_), What::Inertial(_)) | (_, What::Orientation(_)) => Ok(()),
             _ => Err(Error::Foreign { what: what.name() }),
         }
     }
@@ -192,6 +194,13 @@ impl Tracker {
         let time_s = observation.time_s;
         let taken = match (&mut self.subject, &observation.what) {
             (Subject::Arm(arm), What::Inertial(sample)) => arm.take(sample).map(|()| None),
+            (Subject::Arm(arm), What::Landmark(landmark)) => arm.take_landmark(time_s, *landmark).map(|()| None),
+            (Subject::Arm(arm), What::Orientation(orientation)) => match orientation.to_shoulder() {
+                Some(to_shoulder) => {
+                    arm.take_direction(Direction { time_s, to_shoulder, sd: orientation.sd }).map(|()| None)
+                }
+                None => Err(Error::Foreign { what: "orientation of a forearm" }),
+            },
             (Subject::Body(body), What::Orientation(orientation)) => body.take(time_s, orientation).map(|()| None),
             (_, what) if what.is_frame() => self.take_frame(time_s, what, recorder).map(Some),
             (_, what) => Err(Error::Foreign { what: what.name() }),

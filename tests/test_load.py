@@ -225,5 +225,5 @@ def test_a_thousand_frames_a_second_are_all_kept() -> None:
     track = PatchTrack(
         time_s, np.zeros((count, 2)), np.ones(count, bool), ("",) * count, np.ones(count), np.zeros((count, 4), int)
     )
-    assert len(_merge([time_s], [track]).time_s) == count
-    assert len(_merge([time_s, time_s + 1e-4], [track, track]).time_s) == count
+    assert len(_merge([time_s], [track], [{}]).time_s) == count
+    assert len(_merge([time_s, time_s + 1e-4], [track, track], [{}, {}]).time_s) == count

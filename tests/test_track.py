@@ -182,7 +182,7 @@ def test_what_comes_late_is_put_in_order_and_refused_beyond_the_delay(
 
 def test_an_observation_of_another_subject_is_refused(body: pt.BodyRecording) -> None:
     turned = pt.Observation.orientation(0.0, "left_forearm", (1.0, 0.0, 0.0, 0.0), 0.1)
-    with pytest.raises(pt.InputError, match="orientation is not what this tracker takes"):
+    with pytest.raises(pt.InputError, match="orientation of a forearm is not what this tracker takes"):
         tracker_of(pt.Ekf()).observe(turned)
     # Where late ones are waited for, at once too, and not at the next observation.
     waits = pt.Tracker(body, pt.BodyPlain(particles=5), delay_s=1.0)

@@ -3,6 +3,7 @@
 | file | what |
 |---|---|
 | `camshift`, `sightings` | an arm's colour patch in one video, in all of them |
+| `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
 | `silhouette`, `keypoints`, `senses` | a body's edges, skin and foreground; a detector's points; both of a frame |
 | `observations` | what a tracker takes, streamed in order of time |
 | `borne_out`, `ambiguity`, `points_borne_out`, `trunk`, `stature` | whether pictures, skin, keypoints bear a pose out |
@@ -14,12 +15,13 @@ from __future__ import annotations
 from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
 from pytracker.evidence.observations import observations
 from pytracker.evidence.senses import Senses, senses_of
-from pytracker.evidence.sightings import Sightings, sight
+from pytracker.evidence.sightings import Landmarks, Sightings, sight
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters, median_background
 
 __all__ = [
     "BodyEvidence",
     "CamshiftParameters",
+    "Landmarks",
     "PatchSighting",
     "PatchTrack",
     "PatchTracker",

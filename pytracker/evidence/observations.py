@@ -11,7 +11,7 @@ import numpy as np
 
 from pytracker._core import InputError, Observation
 from pytracker.evidence.senses import Senses, senses_of
-from pytracker.evidence.sightings import Progress, Sightings, sight
+from pytracker.evidence.sightings import Landmarks, Progress, Sightings, sight
 from pytracker.formats.video import frames
 from pytracker.recording.recording import ArmRecording, BodyRecording, Imu, Recording
 from pytracker.rotation import Array
@@ -43,7 +43,7 @@ def observations(recording: Recording, evidence: Sightings | Senses | None = Non
     """
     evidence = read_evidence(recording) if evidence is None else evidence
     if isinstance(recording, ArmRecording) and isinstance(evidence, Sightings):
-        return _of_arm(recording.imus[0], evidence)
+        return _of_arm(recording, evidence)
     if isinstance(recording, BodyRecording) and isinstance(evidence, Senses):
         return _of_body(recording, evidence)
     found = {Sightings: "sightings", Senses: "senses"}.get(type(evidence), type(evidence).__name__)
@@ -54,7 +54,8 @@ def observations(recording: Recording, evidence: Sightings | Senses | None = Non
 Recording.observer = staticmethod(observations)
 
 
-def _of_arm(imu: Imu, sightings: Sightings) -> Iterator[Observation]:
+def _of_arm(recording: ArmRecording, sightings: Sightings) -> Iterator[Observation]:
+    imu = recording.imus[0]
     _check_times("IMU sample", imu.time_s)
     _check_times("frame", sightings.time_s)
     if not len(sightings.time_s):
@@ -66,10 +67,22 @@ def _of_arm(imu: Imu, sightings: Sightings) -> Iterator[Observation]:
             f"first IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
         )
     first = int(np.argmax(covered))
-    both = Observation.inertials(imu.time_s, imu.acc, imu.q_world_segment, imu.gyr)
-    both += Observation.patches(sightings.time_s[first:], sightings.pixels[first:], first)
-    in_order = np.argsort(np.concatenate([imu.time_s, sightings.time_s[first:]]), kind="stable")
-    return (both[k] for k in in_order.tolist())
+    every = Observation.inertials(imu.time_s, imu.acc, imu.q_world_segment, imu.gyr)
+    for worn in recording.imus[1:]:
+        every += _worn(worn, recording.upper_arm_sd_rad)
+    for landmarks in sightings.landmarks:
+        every += _of_landmarks(landmarks, sightings.time_s, first)
+    every += Observation.patches(sightings.time_s[first:], sightings.pixels[first:], first)
+    in_order = np.argsort([observation.time_s for observation in every], kind="stable")
+    return (every[k] for k in in_order.tolist())
+
+
+def _of_landmarks(landmarks: Landmarks, time_s: Array, first: int) -> Iterator[Observation]:
+    """Where it was seen, frame by frame."""
+    seen = np.flatnonzero(np.isfinite(landmarks.pixels).all(axis=1))
+    for k in seen[seen >= first].tolist():
+        pixel, sd_px = landmarks.pixels[k].tolist(), float(landmarks.sd_px[k])
+        yield Observation.landmark(float(time_s[k]), landmarks.joint, pixel, sd_px, landmarks.camera, k)
 
 
 def _check_times(what: str, time_s: Array) -> None:

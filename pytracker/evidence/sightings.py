@@ -4,23 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
+from pytracker.evidence.landmarks import Seen, joints_seen
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 
-__all__ = ["SAME_FRAME_S", "Progress", "Sightings", "sight"]
+__all__ = ["SAME_FRAME_S", "Landmarks", "Progress", "Sightings", "sight"]
 
 Progress = Callable[[str, int], None]
 """Called with (stage, frames done)."""
 
 SAME_FRAME_S = 1e-3
 """Frames of several cameras nearer than this, and than frames of one camera are, are one observation."""
+
+
+@dataclass(frozen=True, eq=False)
+class Landmarks:
+    """Where a camera saw a joint of the arm besides the patch on the wrist.
+
+    Attributes:
+        joint: `shoulder` or `elbow`.
+        camera: which camera.
+        pixels: `(T, 2)`, px, a row for every frame of the sightings; NaN where it was not seen.
+        sd_px: standard deviation per axis `(T,)`, px.
+    """
+
+    joint: str
+    camera: int
+    pixels: Array
+    sd_px: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +52,14 @@ class Sightings:
         pixels: centres `(T, C, 2)`, px; NaN where a camera did not see the patch.
         reasons: why not, in words `(T,)`; empty where at least one camera saw it.
         tracks: what the patch tracker found, camera by camera; empty where the centres came from elsewhere.
+        landmarks: other joints that were seen.
     """
 
     time_s: Array
     pixels: Array
     reasons: tuple[str, ...]
     tracks: tuple[PatchTrack, ...] = ()
+    landmarks: tuple[Landmarks, ...] = ()
 
     @property
     def valid(self) -> NDArray[np.bool_]:
@@ -45,7 +67,7 @@ class Sightings:
         return _seen(self.pixels)
 
     @staticmethod
-    def of(time_s: Array, pixels: Array) -> Sightings:
+    def of(time_s: Array, pixels: Array, landmarks: tuple[Landmarks, ...] = ()) -> Sightings:
         """From centres `(T, 2)` or `(T, C, 2)` that came from elsewhere: another tracker, keypoints, a simulation."""
         try:
             time_s = np.ascontiguousarray(time_s, dtype=np.float64)
@@ -58,7 +80,14 @@ class Sightings:
         if pixels.ndim != 3 or pixels.shape[2] != 2 or len(pixels) != len(time_s):
             raise InputError(f"pixels have shape {pixels.shape} for {len(time_s)} times, expected (T, 2) or (T, C, 2)")
         seen = _seen(pixels)
-        return Sightings(time_s, pixels, tuple("" if s else "not seen" for s in seen))
+        for of in landmarks:
+            if of.pixels.shape != (len(time_s), 2) or of.sd_px.shape != (len(time_s),):
+                raise InputError(
+                    f"pixels of the {of.joint} have shape {of.pixels.shape} and sd_px {of.sd_px.shape}, expected "
+                    f"{(len(time_s), 2)} and {(len(time_s),)}"
+                )
+        reasons = tuple("" if s else "not seen" for s in seen)
+        return Sightings(time_s, pixels, reasons, landmarks=landmarks)
 
 
 def _seen(pixels: Array) -> NDArray[np.bool_]:
@@ -70,15 +99,21 @@ def sight(
     recording: ArmRecording, parameters: CamshiftParameters | None = None, progress: Progress | None = None
 ) -> Sightings:
     """Follow the patch through every video of `recording`. Raises `InputError`."""
-    tracks, times = [], []
+    tracks, times, joints = [], [], []
     for number, view in enumerate(recording.views):
         if view.video is None or view.patch_box is None:
             raise InputError(f"camera {number} has no video or patch_box, expected both, or sightings from elsewhere")
-        stage = "patch" if len(recording.views) == 1 else f"patch, camera {number}"
-        track = track_patch(_counted(frames(view.video), stage, progress), view.patch_box, parameters)
+        where = "" if len(recording.views) == 1 else f", camera {number}"
+        film = partial(_film, view.video, where, progress)
+        track = track_patch(film("patch"), view.patch_box, parameters)
         tracks.append(track)
         times.append(track.time_s + view.start_s)
-    return _merge(times, tracks)
+        joints.append(joints_seen(recording, number, track, parameters, film))
+    return _merge(times, tracks, joints)
+
+
+def _film(video: Path, where: str, progress: Progress | None, stage: str) -> Iterator[Frame]:
+    return _counted(frames(video), stage + where, progress)
 
 
 def _counted(source: Iterator[Frame], stage: str, progress: Progress | None) -> Iterator[Frame]:
@@ -88,7 +123,7 @@ def _counted(source: Iterator[Frame], stage: str, progress: Progress | None) -> 
             progress(stage, frame.index + 1)
 
 
-def _merge(times: list[Array], tracks: list[PatchTrack]) -> Sightings:
+def _merge(times: list[Array], tracks: list[PatchTrack], joints: list[dict[str, Seen]]) -> Sightings:
     """One row a distinct time, one column a camera; frames of one camera are never one."""
     every = np.sort(np.concatenate(times))
     shortest = min((float(np.diff(time_s).min()) for time_s in times if len(time_s) > 1), default=np.inf)
@@ -97,12 +132,22 @@ def _merge(times: list[Array], tracks: list[PatchTrack]) -> Sightings:
     rows = every[start_of_row]
     pixels = np.full((len(rows), len(tracks), 2), np.nan)
     said: list[list[str]] = [[] for _ in rows]
+    landmarks = []
     for camera, (time_s, track) in enumerate(zip(times, tracks, strict=True)):
         at = np.searchsorted(rows, time_s + same_s, side="right") - 1
         pixels[at, camera] = track.pixel
+        for joint, (where, sd_px) in joints[camera].items():
+            landmarks.append(Landmarks(joint, camera, _in_rows(len(rows), at, where), _in_rows(len(rows), at, sd_px)))
         for row, reason in zip(at, track.reason, strict=True):
             if reason:
                 said[row].append(reason if len(tracks) == 1 else f"camera {camera}: {reason}")
     seen = _seen(pixels)
     reasons = tuple("" if s else "; ".join(words) or "no camera" for s, words in zip(seen, said, strict=True))
-    return Sightings(rows, pixels, reasons, tuple(tracks))
+    return Sightings(rows, pixels, reasons, tuple(tracks), tuple(landmarks))
+
+
+def _in_rows(count: int, at: NDArray[np.intp], values: Array) -> Array:
+    """Values of some rows, as rows for every one; NaN for the others."""
+    out = np.full((count, *values.shape[1:]), np.nan)
+    out[at] = values
+    return out

@@ -188,6 +188,11 @@ class Mixture(ArmMethod):
         shoulder_sd_m: how far, m per axis.
         shoulder_density: how fast, m/√s, drawn back so that its spread stays `shoulder_sd_m`.
         clock_sd_s: by how much the clocks of camera and IMU differ, s.
+        landmark_sd_m: how far what is seen of shoulder or elbow lies from the joint, m per axis: a patch on the skin, a
+            detector's idea of it.
+        landmark_density: how fast that wanders, m/√s, drawn back so that its spread stays `landmark_sd_m`.
+        upper_arm_turn_sd_rad: error of where the upper arm's sensor says that it points, rad per axis.
+        upper_arm_turn_density: how fast it wanders, rad/√s, likewise.
     """
 
     filter: ClassVar[str] = "mixture"
@@ -209,6 +214,10 @@ class Mixture(ArmMethod):
     shoulder_sd_m: float = 0.017
     shoulder_density: float = 0.025
     clock_sd_s: float = 0.05
+    landmark_sd_m: float = 0.03
+    landmark_density: float = 0.005
+    upper_arm_turn_sd_rad: float = 0.07
+    upper_arm_turn_density: float = 0.08
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,14 +11,18 @@ from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
-from pytracker.recording.recording import Arm, ArmRecording, Imu, Truth, View
-from pytracker.recording.schema import ArmEntry, ArmFile, CameraEntry, TruthEntry
+from pytracker.recording.keypoints import files_of, load_keypoints
+from pytracker.recording.recording import UPPER_ARM_SD_RAD, Arm, ArmRecording, Imu, Truth, View
+from pytracker.recording.schema import ArmEntry, ArmFile, CameraEntry, ImuEntry, TruthEntry
 from pytracker.recording.truth import load_points
+from pytracker.recording.upper_arm import upper_arm_imu
 from pytracker.rotation import Array, Triple, rotate, triple
 
 __all__ = ["load_arm"]
 
 JOINTS = ("shoulder", "elbow", "wrist")
+LANDMARKS = ("shoulder", "elbow")
+"""What may be seen besides the patch on the wrist."""
 
 SLACK_S = 0.1
 """IMU and video may start and end this far apart without a word."""
@@ -44,6 +48,8 @@ MISS_M = 0.10
 def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     """What `path`, read as `entry`, says. Raises `InputError`."""
     worn_by = (f"{entry.arm.side}_forearm",)
+    if (entry.imu[0].segment or "").endswith("upper_arm") and len(entry.imu) > 1:
+        raise InputError(f"{path}: imu[0] is worn by the upper arm, expected the forearm's first")
     imu, warnings = load_imu(folder, f"{path}: imu[0]", entry.imu[0], worn_by)
     mount = np.array(entry.imu[0].mount)
     mount /= np.linalg.norm(mount)
@@ -60,17 +66,27 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         wrist_start_m=start,
         side=entry.arm.side,
     )
-    names = [c.video for c in entry.camera] + [entry.imu[0].file, entry.imu[0].orientation_file]
-    names.append(entry.truth.file if entry.truth else None)
+    upper = [upper_arm_imu(folder, f"{path}: imu[1]", worn, arm, imu, views[0].start_s) for worn in entry.imu[1:]]
+    names = [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
+    names += [camera.video for camera in entry.camera] + [entry.truth.file if entry.truth else None]
+    detected = [file for c in entry.camera if c.keypoints is not None for file in files_of(folder / c.keypoints)]
     return ArmRecording(
         views=views,
-        imus=(imu,),
+        imus=(imu, *(found for found, _ in upper)),
         arm=arm,
+        landmarks=tuple(joint for joint in LANDMARKS if any(_sees(view, joint) for view in views)),
+        upper_arm_sd_rad=_upper_arm_sd_rad(entry.imu),
         truth=truth,
         spreads=_spreads(entry) | (START_FROM_RAY if start_warnings else {}),
         folder=folder,
-        files=(path, *(folder / name for name in names if name is not None)),
-        warnings=(*warnings, *overlap_warnings, *truth_warnings, *start_warnings),
+        files=(path, *(folder / name for name in names if name is not None), *detected),
+        warnings=(
+            *warnings,
+            *(words for _, said in upper for words in said),
+            *overlap_warnings,
+            *truth_warnings,
+            *start_warnings,
+        ),
     )
 
 
@@ -107,13 +123,29 @@ def _view(folder: Path, place: str, entry: CameraEntry, mount: Array) -> View:
         raise InputError(f"{place}: {error}") from None
     file = folder / entry.video
     info = video.probe(file)
-    x, y, w, h = entry.patch_box
-    if w < 2 or h < 2 or x < 0 or y < 0 or x + w > info.width or y + h > info.height:
-        raise InputError(
-            f"{place}: patch_box is {list(entry.patch_box)} (x, y, width, height), expected at least 2 px wide and "
-            f"high and inside the {info.width} x {info.height} px of {file}"
-        )
-    return View(camera=camera, video=file, start_s=entry.start_s, patch_box=entry.patch_box)
+    for key, box in {"patch_box": entry.patch_box, **{f"patches.{k}": b for k, b in entry.patches.items()}}.items():
+        x, y, w, h = box
+        if w < 2 or h < 2 or x < 0 or y < 0 or x + w > info.width or y + h > info.height:
+            raise InputError(
+                f"{place}: {key} is {list(box)} (x, y, width, height), expected at least 2 px wide and high and inside "
+                f"the {info.width} x {info.height} px of {file}"
+            )
+    keypoints = None
+    if entry.keypoints is not None:
+        keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, info)
+    return View(
+        camera=camera, video=file, start_s=entry.start_s, patch_box=entry.patch_box,
+        patches={str(joint): box for joint, box in entry.patches.items()}, keypoints=keypoints,
+    )  # fmt: skip
+
+
+def _sees(view: View, joint: str) -> bool:
+    return joint in view.patches or view.keypoints is not None
+
+
+def _upper_arm_sd_rad(entries: tuple[ImuEntry, ...]) -> float:
+    said = [worn.mount_sd_deg for worn in entries[1:] if worn.mount_sd_deg is not None]
+    return float(np.radians(said[0])) if said else UPPER_ARM_SD_RAD
 
 
 def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:

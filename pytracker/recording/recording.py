@@ -30,6 +30,10 @@ __all__ = [
 ]
 
 
+UPPER_ARM_SD_RAD = 0.05
+"""How well a sensor tells where an upper arm points, where the recording does not say."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Arm:
     """The subject's arm.
@@ -58,12 +62,16 @@ class View:
         video: the file; None where sightings come from elsewhere.
         start_s: recording time of the first frame, s.
         patch_box: x, y, width, height of the patch in the first frame, px.
+        patches: the same of further patches, by the joint that they sit on: `shoulder`, `elbow`.
+        keypoints: what a detector found in the video, px, where there is such a file.
     """
 
     camera: Camera
     video: Path | None = None
     start_s: float = 0.0
     patch_box: tuple[int, int, int, int] | None = None
+    patches: Mapping[str, tuple[int, int, int, int]] = field(default_factory=dict)
+    keypoints: Keypoints | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -173,15 +181,24 @@ class ArmRecording(Recording):
 
     Attributes:
         views: cameras with their videos.
-        imus: inertial sensors.
+        imus: inertial sensors: of the forearm, and of the upper arm where there is one.
         arm: the subject's arm.
+        landmarks: which joints are seen besides the patch: `shoulder`, `elbow`.
+        upper_arm_sd_rad: how well the upper arm's sensor tells where it points, from sample to sample.
     """
 
     views: tuple[View, ...]
     imus: tuple[Imu, ...]
     arm: Arm
+    landmarks: tuple[str, ...] = ()
+    upper_arm_sd_rad: float = UPPER_ARM_SD_RAD
 
     kind: ClassVar[str] = "arm"
+
+    @property
+    def has_upper_arm(self) -> bool:
+        """Whether the upper arm wears a sensor."""
+        return len(self.imus) > 1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

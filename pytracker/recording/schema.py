@@ -29,6 +29,8 @@ Triple = tuple[Finite, Finite, Finite]
 Spread = Annotated[float, Field(strict=True, ge=0, le=1)]
 """A standard deviation: m, s, or a share."""
 Matrix = tuple[Triple, Triple, Triple]
+Box = tuple[Whole, Whole, Whole, Whole]
+"""x, y, width, height, px."""
 
 
 ImuColumn = Literal[
@@ -55,9 +57,12 @@ class CameraEntry(Entry):
     rotation_sd_deg: Annotated[float, Field(strict=True, ge=0, le=45)] | None = None
     translation_m: Triple
     distance_sd_m: Spread | None = None
-    patch_box: tuple[Whole, Whole, Whole, Whole]
+    patch_box: Box
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
     patch_offset_sd_m: Spread | None = None
+    patches: dict[Literal["shoulder", "elbow"], Box] = Field(default_factory=dict)
+    keypoints: str | None = None
+    keypoint_model: str = "auto"
 
 
 class ImuEntry(Entry):
@@ -178,7 +183,7 @@ class ArmFile(Entry):
     schema_: Annotated[Literal[1], Field(alias="schema")]
     kind: Literal["arm"]
     camera: Annotated[tuple[CameraEntry, ...], Field(min_length=1)]
-    imu: Annotated[tuple[ImuEntry, ...], Field(min_length=1, max_length=1)]
+    imu: Annotated[tuple[ImuEntry, ...], Field(min_length=1, max_length=2)]
     arm: ArmEntry
     truth: TruthEntry | None = None
 

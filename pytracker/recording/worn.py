@@ -12,7 +12,7 @@ from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, matrix_to_quaternion, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.skeleton.skeleton import Skeleton
 
-__all__ = ["ARM_SEGMENTS", "UP", "aligned", "segment_frame", "to_y_up"]
+__all__ = ["ARM_SEGMENTS", "UP", "aligned", "heading_between", "segment_frame", "to_y_up"]
 
 ARM_SEGMENTS = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
 UP = np.array([0.0, 1.0, 0.0])
@@ -47,16 +47,9 @@ def aligned(place: str, imu: Imu, heading_is_known: bool, skeleton: Skeleton, po
     at = int(np.clip(np.searchsorted(imu.time_s, first_s, side="right") - 1, 0, len(imu.time_s) - 1))
     q = imu.q_world_segment
     if not heading_is_known:
-        wanted, found = (rotate(quaternion, UP) for quaternion in (expected, q[at]))
-        level = [np.hypot(axis[0], axis[2]) for axis in (wanted, found)]
-        if min(level) < LEAST_LEVEL:
-            steep, least = np.degrees(np.arcsin([min(level), LEAST_LEVEL]))
-            raise InputError(
-                f"{place}.heading_deg is missing, and at the first frame the {imu.segment} hangs too steeply to show "
-                f"it ({steep:.0f}° from the vertical, expected {least:.0f}° at least): give it, or start with the arm "
-                "away from the body"
-            )
-        turn = np.arctan2(wanted[0], wanted[2]) - np.arctan2(found[0], found[2])
+        # About y, from z to x.
+        wanted, found = (rotate(quaternion, UP)[[2, 0]] for quaternion in (expected, q[at]))
+        turn = heading_between(f"{place}.heading_deg", imu.segment, wanted, found)
         q = multiply(rotation_vector_to_quaternion(turn * UP)[None], q)
     off = np.degrees(np.arccos(np.clip(rotate(expected, UP) @ rotate(q[at], UP), -1.0, 1.0)))
     if off > MOST_OFF_DEG:
@@ -70,6 +63,21 @@ def aligned(place: str, imu: Imu, heading_is_known: bool, skeleton: Skeleton, po
     wanted = wanted - (wanted @ y) * y
     roll = np.arctan2(np.cross(axis, wanted) @ y, axis @ wanted)
     return np.ascontiguousarray(multiply(q, rotation_vector_to_quaternion(roll * UP)[None]))
+
+
+def heading_between(key: str, segment: str, wanted: Array, found: Array) -> float:
+    """The turn about the vertical, rad, that takes the level part `found` `(2,)` of where a segment points to `wanted`.
+
+    Raises `InputError`, naming the key that is missing, where the segment is too steep to tell.
+    """
+    level = min(float(np.hypot(*wanted)), float(np.hypot(*found)))
+    if level < LEAST_LEVEL:
+        steep, least = np.degrees(np.arcsin([level, LEAST_LEVEL]))
+        raise InputError(
+            f"{key} is missing, and at the first frame the {segment} hangs too steeply to show it ({steep:.0f}° from "
+            f"the vertical, expected {least:.0f}° at least): give it, or start with the arm away from the body"
+        )
+    return float(np.arctan2(wanted[1], wanted[0]) - np.arctan2(found[1], found[0]))
 
 
 def to_y_up(q_earth_segment: Array) -> Array:

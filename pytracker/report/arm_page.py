@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pytracker.methods.arm import Mixture
 from pytracker.report import arm_figures as figures
 from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
@@ -37,7 +38,7 @@ def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
     half = 100 * np.nanmean((track.joints["wrist"].hi - track.joints["wrist"].lo) / 2, axis=0)
     words = (
         f"The wrist was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera frames) by "
-        f"“{label}”. The patch was seen in {seen:.1f} % of the frames. The tracker states "
+        f"“{label}”. The patch was seen in {seen:.1f} % of the frames. {_senses(track)}The tracker states "
         f"its own uncertainty as a 95 % band of on average ±{half[0]:.1f} cm across (x), ±{half[1]:.1f} cm in y and "
         f"±{half[2]:.1f} cm in height (z)."
     )
@@ -49,6 +50,23 @@ def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
             f"{', '.join(f'{100 * c:.0f} %' for c in wrist.coverage)} of the frames (x, y, z; 95 % would be ideal)."
         )
     return words
+
+
+def _senses(track: ArmTrack) -> str:
+    """What else there was, and whether it was used; ends with a space where it says something."""
+    recording = track.recording
+    landmarks = track.sightings.landmarks
+    seen = {joint: [of.pixels for of in landmarks if of.joint == joint] for joint in recording.landmarks}
+    there = [
+        f"the {joint} in {100 * np.mean([np.isfinite(pixels).all(axis=1).mean() for pixels in of]):.0f} % of the frames"
+        for joint, of in seen.items()
+        if of
+    ]
+    there += ["a sensor on the upper arm"] if recording.has_upper_arm else []
+    if not there:
+        return ""
+    used = "were used" if isinstance(track.method, Mixture) else "were not used by this method"
+    return f"Besides there were {', '.join(there[:-1])}{' and ' if there[:-1] else ''}{there[-1]}, which {used}. "
 
 
 def _figures(tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Scores | None) -> list[PageFigure]:

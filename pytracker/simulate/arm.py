@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.evidence.sightings import Landmarks
 from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Arm, ArmRecording, Imu, Truth, View
 from pytracker.rotation import (
@@ -26,6 +27,7 @@ from pytracker.rotation import (
     rotation_vector_to_quaternion,
     triple,
 )
+from pytracker.simulate.arm_senses import SENSES, beside, upper_arm_imu
 from pytracker.simulate.patterns import PATTERNS
 from pytracker.simulate.worn import RATE_HZ, Worn
 
@@ -75,6 +77,7 @@ class ArmScene:
         worn: as bad as life (`pytracker.simulate.worn`): sensor, strap, shoulder, clock, lengths and camera are off,
             the
             IMU gives 60 Hz.
+        senses: what there is besides: patches on `shoulder` and `elbow`, a sensor on the `upper_arm` (which is worn).
     """
 
     pattern: str = "circle"
@@ -102,6 +105,7 @@ class ArmScene:
     dropped_frames: float = 0.0
     clutter_noise: float = 4.0
     worn: bool = False
+    senses: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check kinds and ranges."""
@@ -125,6 +129,7 @@ class ArmScene:
         yield "elbow_swing", bool(np.linalg.norm(self.elbow_swing) > 0), "a direction"
         yield "occlusions", all(start < end for start, end in self.occlusions), "(from, to) with from before to, s"
         yield "cameras", 1 <= self.cameras <= 4, "1 to 4"
+        yield "senses", set(self.senses) <= set(SENSES), f"any of: {', '.join(SENSES)}"
 
 
 def check_kind(name: str, value: object, default: object) -> None:
@@ -142,8 +147,8 @@ def check_kind(name: str, value: object, default: object) -> None:
             isinstance(pair, tuple) and len(pair) == 2 and all(map(_is_number, pair)) for pair in value
         )
         expected = "pairs (from, to) in s"
-    elif name == "imus":
-        ok, expected = isinstance(value, tuple) and all(isinstance(word, str) for word in value), "names of segments"
+    elif name in ("imus", "senses"):
+        ok, expected = isinstance(value, tuple) and all(isinstance(word, str) for word in value), "names in a tuple"
     else:
         ok, expected = (
             isinstance(value, tuple) and len(value) == 3 and all(map(_is_number, value)),
@@ -315,6 +320,44 @@ class ArmSimulation:
         pixels[self.is_occluded(self.frame_time_s)] = np.nan
         return pixels
 
+    def landmark(self, joint: str, time_s: Array) -> Array:
+        """Centre of the patch on `shoulder` or `elbow`, world, m `(T, 3)`."""
+        at = self.shoulder(time_s) if joint == "shoulder" else self.elbow(time_s)
+        off = beside(self._rng(f"patch on {joint}"))
+        return at + rotate(self.q_of_landmark(joint, time_s), np.broadcast_to(off, (len(time_s), 3)))
+
+    def q_of_landmark(self, joint: str, time_s: Array) -> Array:
+        """How that patch is turned, to the world `(T, 4)`: with the trunk, which is still, or with the forearm."""
+        still = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (len(time_s), 4))
+        return still if joint == "shoulder" else self.q_world_forearm(time_s)
+
+    def landmarks(self, pixel_sd: float = 4.0) -> tuple[Landmarks, ...]:
+        """Where the cameras see the patches besides the wrist's, with Gaussian noise, no video between."""
+        time_s, found = self.frame_time_s, []
+        for joint in self.joints_seen:
+            for number, camera in enumerate(self.true_cameras):
+                noise = self._rng(f"pixels of {joint} {number}").standard_normal((len(time_s), 2))
+                pixels = camera.project(self.landmark(joint, time_s)) + pixel_sd * noise
+                found.append(Landmarks(joint, number, pixels, np.full(len(time_s), pixel_sd)))
+        return tuple(found)
+
+    @property
+    def joints_seen(self) -> tuple[str, ...]:
+        """Joints with a patch."""
+        return tuple(sense for sense in self.scene.senses if sense != "upper_arm")
+
+    @cached_property
+    def imus(self) -> tuple[Imu, ...]:
+        """The forearm's, and the upper arm's where there is one."""
+        if "upper_arm" not in self.scene.senses:
+            return (self.imu,)
+        rng = self._rng("upper arm")
+        worn = Worn(self.scene.duration_s, rng)
+        upper = upper_arm_imu(self.shoulder, self.elbow, worn, GRAVITY, rng)
+        # One clock for both.
+        time_s = upper.time_s if self._worn is None else self._worn.clock(upper.time_s)
+        return self.imu, dataclasses.replace(upper, time_s=time_s)
+
     def is_occluded(self, time_s: Array) -> np.ndarray:
         """Whether something hides the patch, `(T,)`."""
         hidden = np.zeros(len(time_s), dtype=bool)
@@ -332,7 +375,7 @@ class ArmSimulation:
     def recording(self) -> ArmRecording:
         """As a recording in memory, without video: to be tracked from `sightings`."""
         views = tuple(View(camera=camera) for camera in self.cameras)
-        return ArmRecording(views=views, imus=(self.imu,), arm=self.arm, truth=self.truth)
+        return ArmRecording(views=views, imus=self.imus, arm=self.arm, truth=self.truth, landmarks=self.joints_seen)
 
 
 def look_at(

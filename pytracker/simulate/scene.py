@@ -21,6 +21,7 @@ __all__ = ["render"]
 
 # BGR
 PATCH = (70, 175, 40)
+OTHER_PATCHES = {"shoulder": (150, 40, 190), "elbow": (40, 200, 225)}
 SKIN = (135, 165, 215)
 SLEEVE = (120, 82, 60)
 HAIR = (40, 50, 62)
@@ -46,6 +47,7 @@ def render(simulation: ArmSimulation, camera_index: int) -> Iterator[Image]:
     background = _background(camera, np.asarray(scene.shoulder_m), rng)
     noise = rng.standard_normal((NOISE_FIELDS, IMAGE_SIZE[1], IMAGE_SIZE[0], 3), dtype=np.float32)
     wrist, elbow, shoulder = simulation.wrist(times), simulation.elbow(times), simulation.shoulder(times)
+    others = {j: (simulation.landmark(j, times), simulation.q_of_landmark(j, times)) for j in simulation.joints_seen}
     q, hidden = simulation.q_world_sensor(times), simulation.is_occluded(times)
     for k, time_s in enumerate(times):
         image = background.copy()
@@ -53,6 +55,8 @@ def render(simulation: ArmSimulation, camera_index: int) -> Iterator[Image]:
         if scene.distractor:
             _distractor(image, camera, float(time_s))
         _arm(image, camera, shoulder[k], elbow[k], wrist[k], q[k], np.asarray(scene.patch_offset_m))
+        for joint, (centres, turns) in others.items():
+            _box(image, camera, centres[k], turns[k], PATCH_HALF_M, OTHER_PATCHES[joint])
         if hidden[k]:
             _card(image, camera, simulation.patch(times[k : k + 1])[0])
         # A field of noise shifted at random is as good as a new one, and far cheaper.

@@ -39,6 +39,7 @@ class Worn:
     """The errors of one recording of `duration_s`, drawn from `rng` once."""
 
     def __init__(self, duration_s: float, rng: np.random.Generator) -> None:
+        self.duration_s = duration_s
         self._grid = np.arange(-1.0, duration_s + 1.0 + STEP_S, STEP_S)
         self._shoulder, self._mount, self._tilt, self._acc = (
             self._wandering(tau_s, rng) for tau_s in (SHOULDER_S, MOUNT_S, TILT_S, ACC_S)

@@ -10,11 +10,14 @@ from pytracker.evidence.sightings import Progress
 from pytracker.formats.video import VideoWriter
 from pytracker.output import whole_folder
 from pytracker.recording.camera import Camera
-from pytracker.rotation import rotate
+from pytracker.recording.recording import Imu
+from pytracker.rotation import Array, rotate
 from pytracker.simulate.arm import IMAGE_SIZE, TRUTH_RATE_HZ, ArmScene, ArmSimulation
 from pytracker.simulate.scene import PATCH_HALF_M, render
 
 __all__ = ["simulate_arm"]
+
+IMU_FILES = ("imu.csv", "upper_arm.csv")
 
 
 def simulate_arm(
@@ -31,13 +34,15 @@ def simulate_arm(
     """
     simulation = ArmSimulation(scene, seed)
     with whole_folder(Path(folder), force=force, is_recording=True) as out:
-        boxes = []
+        boxes, patches = [], []
         for index, camera in enumerate(simulation.true_cameras):
             _write_video(out / _video_name(index), simulation, index, progress)
             boxes.append(_first_box(simulation, camera))
-        _write_imu(out / "imu.csv", simulation)
+            patches.append({joint: _box_of(simulation, camera, joint) for joint in simulation.joints_seen})
+        for imu, name in zip(simulation.imus, IMU_FILES, strict=False):
+            _write_imu(out / name, imu)
         _write_truth(out / "qualisys.tsv", simulation)
-        (out / "recording.toml").write_text(_toml(simulation, boxes), "utf-8")
+        (out / "recording.toml").write_text(_toml(simulation, boxes, patches), "utf-8")
     return Path(folder)
 
 
@@ -63,15 +68,23 @@ def _write_video(path: Path, simulation: ArmSimulation, index: int, progress: Pr
 def _first_box(simulation: ArmSimulation, camera: Camera) -> list[int]:
     """The box that a user would draw around the patch in the first frame."""
     time_s = simulation.frame_time_s[:1]
+    return _around(camera, simulation.patch(time_s), simulation.q_world_sensor(time_s))
+
+
+def _box_of(simulation: ArmSimulation, camera: Camera, joint: str) -> list[int]:
+    """The same around the patch on a joint."""
+    time_s = simulation.frame_time_s[:1]
+    return _around(camera, simulation.landmark(joint, time_s), simulation.q_of_landmark(joint, time_s))
+
+
+def _around(camera: Camera, centre: Array, q: Array) -> list[int]:
     turns = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * PATCH_HALF_M
-    q = np.broadcast_to(simulation.q_world_sensor(time_s), (8, 4))
-    pixels = camera.project(simulation.patch(time_s) + rotate(q, turns))
+    pixels = camera.project(centre + rotate(np.broadcast_to(q, (8, 4)), turns))
     low, high = np.floor(pixels.min(axis=0)).astype(int), np.ceil(pixels.max(axis=0)).astype(int)
     return [int(low[0]), int(low[1]), int(high[0] - low[0] + 1), int(high[1] - low[1] + 1)]
 
 
-def _write_imu(path: Path, simulation: ArmSimulation) -> None:
-    imu = simulation.imu
+def _write_imu(path: Path, imu: Imu) -> None:
     assert imu.gyr is not None
     header = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z,q_w,q_x,q_y,q_z"
     rows = np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_segment])
@@ -94,10 +107,10 @@ def _write_truth(path: Path, simulation: ArmSimulation) -> None:
     np.savetxt(path, rows, fmt="%.3f", delimiter="\t", header="\n".join(header), comments="")
 
 
-def _toml(simulation: ArmSimulation, boxes: list[list[int]]) -> str:
+def _toml(simulation: ArmSimulation, boxes: list[list[int]], patches: list[dict[str, list[int]]]) -> str:
     arm, scene = simulation.arm, simulation.scene
     parts = ["schema = 1", 'kind = "arm"', ""]
-    for index, (camera, box) in enumerate(zip(simulation.cameras, boxes, strict=True)):
+    for index, (camera, box, others) in enumerate(zip(simulation.cameras, boxes, patches, strict=True)):
         parts += [
             "[[camera]]",
             f'video = "{_video_name(index)}"',
@@ -106,13 +119,15 @@ def _toml(simulation: ArmSimulation, boxes: list[list[int]]) -> str:
             f"translation_m = {_list(camera.translation_m)}",
             f"patch_box = {box}",
             f"patch_offset_m = {_list(camera.patch_offset_m)}",
-            "",
         ]
+        if others:
+            parts.append("patches = { " + ", ".join(f"{joint} = {where}" for joint, where in others.items()) + " }")
+        parts.append("")
+    for imu, name in zip(simulation.imus, IMU_FILES, strict=False):
+        parts += ["[[imu]]", f'file = "{name}"', f'segment = "{imu.segment}"']
+        # Two sensors that were set to the same earth frame.
+        parts += ["heading_deg = 0.0", ""] if imu is not simulation.imu else [""]
     parts += [
-        "[[imu]]",
-        'file = "imu.csv"',
-        'segment = "right_forearm"',
-        "",
         "[arm]",
         'side = "right"',
         f"shoulder_m = {_list(scene.shoulder_m)}",

@@ -83,7 +83,9 @@ def open_source(recording: StudyRecording, seed: int, scratch: Path | None = Non
     assert scene is not None
     if isinstance(scene, ArmScene) and recording.pixel_sd is not None:
         simulation = ArmSimulation(scene, seed)
-        sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(recording.pixel_sd))
+        pixel_sd = recording.pixel_sd
+        seen, landmarks = simulation.sightings(pixel_sd), simulation.landmarks(pixel_sd)
+        sightings = Sightings.of(simulation.frame_time_s, seen, landmarks)
         return Source(simulation.recording(), sightings)
     if scratch is not None:
         scratch.mkdir(parents=True, exist_ok=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from pytracker._core import ARM_DOUBTS, InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
-from pytracker.methods.arm import ArmMethod, Ekf, Mixture
+from pytracker.methods.arm import ArmMethod, Ekf, Mixture, Smooth
 from pytracker.recording.recording import ArmRecording, Recording
 from pytracker.rotation import Array
 from pytracker.tracking.arm import ArmTrack, track_arm
@@ -22,6 +22,7 @@ from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.found import found_by
 from pytracker.tracking.suspects import suspects
 from pytracker.tracking.tracks import Track
+from pytracker.tracking.upper_arm import of_upper_arm
 
 __all__ = ["doubts", "unbelieved"]
 
@@ -77,12 +78,27 @@ def doubts(track: Track) -> tuple[str, ...]:
 
     An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`suspects`): heading,
     clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed,
-    lengths, shoulder and cameras should be what they are said to be. A body's key joints should
-    have foreground about them, and its head be where the person's is.
+    lengths, shoulder and cameras should be what they are said to be; a sensor on the upper arm should point along it. A
+    body's key joints should have foreground about them, and its head be where the person's is.
     """
     if isinstance(track, ArmTrack):
-        return _of_arm(track.recording, track.sightings, track.method.pixel_sd) or _of_setup(track)
+        return *_of_arm_alone(track), *of_upper_arm(track)
     return _of_body(track) if isinstance(track, BodyTrack) else ()
+
+
+def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
+    """By the patch and the forearm's sensor, whatever else there is: what is usual is known of these."""
+    recording, sightings = track.recording, track.sightings
+    if recording.landmarks or recording.has_upper_arm:
+        recording = dataclasses.replace(recording, imus=recording.imus[:1], landmarks=())
+        sightings = dataclasses.replace(sightings, landmarks=())
+    found = _of_arm(recording, sightings, track.method.pixel_sd)
+    if found or not isinstance(track.method, Smooth) or recording is track.recording:
+        return found or _of_setup(track)
+    try:
+        return _of_setup(track_arm(recording, track.method, track.seed, sightings=sightings))
+    except TrackingError:
+        return ()
 
 
 @functools.lru_cache(maxsize=1)  # several methods on one recording share it

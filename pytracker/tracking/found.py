@@ -63,7 +63,8 @@ def found_by(track: Track) -> tuple[Found, ...]:
     """What was estimated as constant; empty where the method does not smooth, or could not."""
     if not isinstance(track, ArmTrack) or not isinstance(track.method, Smooth):
         return ()
-    first = MOTION_COLUMNS + 3 * track.method.offset + 3 * track.method.shoulder
+    senses = len(track.recording.landmarks) + track.recording.has_upper_arm
+    first = MOTION_COLUMNS + 3 * (track.method.offset + track.method.shoulder + senses)
     names = list(_constants(track.method, len(track.recording.views)))
     known = np.isfinite(track.state_mean).all(axis=1)
     if track.state_mean.shape[1] != first + len(names) or not known.any():

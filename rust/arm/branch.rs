@@ -2,9 +2,11 @@
 
 use super::colour::sightings;
 use super::frame::Frame;
+use super::landmark::Landmark;
 use super::measurements::Seen;
 use super::mixture::ArmMixture;
 use super::state::{Arm, Layout, Noise, View};
+use super::upper_arm::Direction;
 use super::worn::{CORE, WornMotion};
 use crate::Result;
 use crate::estimate::Estimate;
@@ -30,6 +32,10 @@ pub(super) struct Step<'a> {
     pub is_rest: bool,
     /// Where each camera saw the patch.
     pub pixels: &'a [Option<Vector2<f64>>],
+    /// Which joints were seen besides, and where.
+    pub landmarks: &'a [Landmark],
+    /// Where the upper arm points, by its sensor.
+    pub upper_arm: Option<Direction>,
     /// What was known beforehand, where the chain starts here.
     pub start: Option<Gaussian>,
     /// The mixture's mean, and that of its heaviest component.
@@ -67,8 +73,10 @@ impl ArmBranch<'_> {
     }
 
     fn frame(&self, step: usize) -> Frame<'_> {
-        let Step { time_s, world_sensor, stale_s, is_rest, pixels, .. } = self.steps[step];
-        Frame { stale_s, is_rest, sightings: sightings(self.views, pixels), ..Frame::empty(time_s, world_sensor) }
+        let Step { time_s, world_sensor, stale_s, is_rest, pixels, landmarks, upper_arm, .. } = self.steps[step];
+        let landmarks = landmarks.iter().map(|landmark| landmark.seen_by(self.views)).collect();
+        let sightings = sightings(self.views, pixels);
+        Frame { stale_s, is_rest, sightings, landmarks, upper_arm, ..Frame::empty(time_s, world_sensor) }
     }
 }
 
@@ -120,7 +128,12 @@ impl Chain for ArmBranch<'_> {
         for sighting in &frame.sightings {
             measured.extend(seen.patch(sighting, at, None)?);
         }
-        if self.filter.is_held_by_arm() {
+        for landmark in &frame.landmarks {
+            measured.extend(seen.landmark(landmark, at, None)?);
+        }
+        if let Some(direction) = frame.upper_arm.filter(|_| self.filter.is_held_by_arm()) {
+            measured.push(seen.direction(&direction, at, None));
+        } else if self.filter.is_held_by_arm() {
             measured.extend(seen.length(at, None));
         }
         if self.filter.is_rested() && frame.is_rest {

@@ -3,6 +3,7 @@
 use super::colour::sightings;
 use super::ekf::{ArmGaussian, Correction};
 use super::frame::Frame;
+use super::landmark::{Landmark, SAME_FRAME_S};
 use super::method::Method;
 use super::mixture::ArmMixture;
 use super::particle::ArmParticles;
@@ -12,7 +13,8 @@ use super::setup::Setup;
 use super::smooth::{Kept, Memory, Recorded};
 use super::state::{Arm, Layout, Noise, POSITION, View, require_finite};
 use super::timeline::Timeline;
-use crate::error::require;
+use super::upper_arm::{Direction, direction_at};
+use crate::error::{require, require_time};
 use crate::estimate::Estimate;
 use crate::filter::{Gaussian, Recorder};
 use crate::observation::Sample;
@@ -37,6 +39,10 @@ pub struct ArmFilter {
     /// Nothing is known until the patch is seen again.
     is_unknown: bool,
     restarts: u64,
+    /// Joints seen since the last frame: when, and where.
+    landmarks: Vec<(f64, Landmark)>,
+    /// Where the upper arm points: by the last two samples of its sensor, or by all of them where frames are kept.
+    directions: Vec<Direction>,
     /// What every frame brought, where it is kept.
     kept: Option<Memory>,
 }
@@ -91,6 +97,8 @@ impl ArmFilter {
             blind_s: 0.0,
             is_unknown: false,
             restarts: 0,
+            landmarks: Vec::new(),
+            directions: Vec::new(),
             kept,
         })
     }
@@ -117,6 +125,45 @@ impl ArmFilter {
         if let Some(kept) = &mut self.kept {
             kept.samples.push(*sample);
         }
+        Ok(())
+    }
+
+    /// Take where a camera saw a joint, of the frame that comes next.
+    ///
+    /// # Errors
+    /// [`Error::Late`]; the filter is then as before.
+    pub fn take_landmark(&mut self, time_s: f64, landmark: Landmark) -> Result<()> {
+        require_time("time of a landmark", time_s)?;
+        let latest_s = self.landmarks.last().map_or(self.timeline.now_s(), |last| last.0);
+        if time_s < latest_s {
+            return Err(Error::Late { what: "landmark", time_s, latest_s });
+        }
+        self.landmarks.retain(|(seen_s, _)| time_s - seen_s <= SAME_FRAME_S);
+        self.landmarks.push((time_s, landmark));
+        Ok(())
+    }
+
+    /// Take where the upper arm points, by its sensor.
+    ///
+    /// # Errors
+    /// [`Error::Late`], [`Error::NotFinite`], [`Error::Parameter`]; the filter is then as before.
+    pub fn take_direction(&mut self, direction: Direction) -> Result<()> {
+        let time_s = direction.time_s;
+        require_time("time of an orientation", time_s)?;
+        require_finite("orientation", time_s, direction.to_shoulder.as_slice())?;
+        require(
+            direction.sd > 0.0 && direction.sd <= 1e3,
+            "spread of an orientation",
+            direction.sd,
+            "a positive angle",
+        )?;
+        if let Some(last) = self.directions.last().filter(|last| time_s <= last.time_s) {
+            return Err(Error::Late { what: "orientation", time_s, latest_s: last.time_s });
+        }
+        if self.kept.is_none() && self.directions.len() > 1 {
+            self.directions.remove(0);
+        }
+        self.directions.push(direction);
         Ok(())
     }
 
@@ -151,6 +198,9 @@ impl ArmFilter {
         }
         let world_sensor = self.timeline.world_sensor(&self.noise);
         self.notice_pause(elapsed_s, world_sensor, pixels);
+        let seen = std::mem::take(&mut self.landmarks).into_iter();
+        let landmarks: Vec<Landmark> =
+            seen.filter(|(seen_s, _)| time_s - seen_s <= SAME_FRAME_S).map(|(_, landmark)| landmark).collect();
         let frame = Frame {
             time_s,
             motion: self.timeline.pending().clone(),
@@ -161,6 +211,8 @@ impl ArmFilter {
             stale_s: self.timeline.stale_s(&self.noise),
             is_rest: self.timeline.is_rest(&self.noise),
             sightings: sightings(&self.views, pixels),
+            landmarks: landmarks.iter().map(|landmark| landmark.seen_by(&self.views)).collect(),
+            upper_arm: direction_at(&self.directions, time_s),
         };
         let start = self.start_to_keep();
         let estimate = match &mut self.filter {
@@ -180,7 +232,7 @@ impl ArmFilter {
         }
         if let (Some(kept), Filter::Mixture(filter)) = (&mut self.kept, &self.filter) {
             let (pixels, is_unknown, means) = (pixels.to_vec(), self.is_unknown, filter.means());
-            kept.frames.push(Kept { time_s, world_sensor, pixels, is_unknown, start, means });
+            kept.frames.push(Kept { time_s, world_sensor, pixels, landmarks, is_unknown, start, means });
         }
         self.last_world_sensor = Some(world_sensor);
         self.timeline.clear_pending();
@@ -205,8 +257,9 @@ impl ArmFilter {
     pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
         match (&self.kept, &self.filter) {
             (Some(Memory { frames, samples, setup }), Filter::Mixture(filter)) => {
-                let Self { arm, noise, views, .. } = self;
-                Recorded { arm, noise, views, filter, frames, samples, setup: *setup }.estimates(first)
+                let Self { arm, noise, views, directions, .. } = self;
+                let setup = *setup;
+                Recorded { arm, noise, views, filter, frames, samples, directions, setup }.estimates(first)
             }
             _ => Ok(Vec::new()),
         }

@@ -1,7 +1,9 @@
 //! A camera frame of the arm, with what the IMU has said up to it: what every method takes.
 
 use super::colour::Sighting;
+use super::landmark::SeenLandmark;
 use super::motion::Motion;
+use super::upper_arm::Direction;
 use super::worn::WornMotion;
 use crate::quaternion::Quaternion;
 use nalgebra::Vector3;
@@ -27,6 +29,10 @@ pub struct Frame<'a> {
     pub is_rest: bool,
     /// Where the patch was seen, if it was.
     pub sightings: Vec<Sighting<'a>>,
+    /// Which joints were seen besides, and where.
+    pub landmarks: Vec<SeenLandmark<'a>>,
+    /// Where the upper arm points, by its sensor.
+    pub upper_arm: Option<Direction>,
 }
 
 impl Frame<'_> {
@@ -42,6 +48,8 @@ impl Frame<'_> {
             stale_s: 0.0,
             is_rest: false,
             sightings: Vec::new(),
+            landmarks: Vec::new(),
+            upper_arm: None,
         }
     }
 }

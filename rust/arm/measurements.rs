@@ -8,11 +8,12 @@ use super::setup::{MOUNT, OF_ARM, PER_CAMERA, SHOULDER, SeenBy, seen_by};
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
 use crate::filter::{Gaussian, Linear};
 use crate::{Error, Result};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// What a measurement reads of a frame, the same for all components.
 pub struct Seen<'a> {
-    layout: Layout,
+    /// Which columns its state has.
+    pub(super) layout: Layout,
     /// The arm.
     pub arm: &'a Arm,
     /// What noise is assumed.
@@ -101,16 +102,77 @@ impl<'a> Seen<'a> {
         (state.fixed_rows::<3>(POSITION) + forearm, slope)
     }
 
-    /// The upper arm, shoulder to elbow, and its slope.
-    fn upper_arm(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
-        let (elbow, mut slope) = self.elbow(state);
-        let mut shoulder = self.arm.shoulder;
+    /// The shoulder, world, m, and its slope `(3, D)`.
+    pub(super) fn shoulder(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let (mut shoulder, mut slope) = (self.arm.shoulder, DMatrix::zeros(3, self.layout.dim));
         let place = self.layout.setup.map(|column| column + SHOULDER);
         for column in self.layout.shoulder.into_iter().chain(place) {
             shoulder += state.fixed_rows::<3>(column);
-            slope.fixed_view_mut::<3, 3>(0, column).copy_from(&-Matrix3::identity());
+            slope.fixed_view_mut::<3, 3>(0, column).copy_from(&Matrix3::identity());
         }
-        (elbow - shoulder, slope)
+        (shoulder, slope)
+    }
+
+    /// The upper arm, shoulder to elbow, and its slope.
+    pub(super) fn upper_arm(&self, state: &DVector<f64>) -> (Vector3<f64>, DMatrix<f64>) {
+        let ((elbow, by_elbow), (shoulder, by_shoulder)) = (self.elbow(state), self.shoulder(state));
+        (elbow - shoulder, by_elbow - by_shoulder)
+    }
+
+    /// Covariance of an elbow whose forearm lies beside the sensor's axis, `(3, 3)` m².
+    pub(super) fn beside_forearm(&self) -> Matrix3<f64> {
+        let along = self.forearm.normalize();
+        (Matrix3::identity() - along * along.transpose()) * (self.noise.forearm_sd * self.arm.forearm_m).powi(2)
+    }
+
+    /// Where a camera sees a place, with its slopes by the place `(2, 3)` and by the state `(2, D)`.
+    ///
+    /// # Errors
+    /// [`Error::RanAway`]: it is behind the camera.
+    pub(super) fn pixel(
+        &self,
+        sighting: &Sighting<'_>,
+        state: &DVector<f64>,
+        place: Vector3<f64>,
+        by_state: &DMatrix<f64>,
+    ) -> Result<(Vector2<f64>, Matrix2x3<f64>, DMatrix<f64>)> {
+        let first = self.layout.setup.map(|column| column + OF_ARM + PER_CAMERA * sighting.camera);
+        let seen = match first {
+            Some(first) => seen_by(sighting.view, &state.rows(first, PER_CAMERA).into_owned(), place),
+            None => SeenBy::rightly(sighting.view, place),
+        };
+        let SeenBy { pixel, by_point, by_camera } = seen.ok_or(Error::RanAway { time_s: self.frame.time_s })?;
+        let of_place = by_point * by_state;
+        let mut slope = DMatrix::from_fn(2, self.layout.dim, |r, c| of_place[(r, c)]);
+        if let Some(first) = first {
+            slope.columns_mut(first, PER_CAMERA).copy_from(&by_camera);
+        }
+        Ok((pixel, by_point, slope))
+    }
+
+    /// The same of a place beside the shoulder, along the slopes at the shoulder as it was measured. Were its depth and the camera
+    /// to scale how it moves, which nothing else measures, a smoother would bring both nearer: less movement is likelier.
+    ///
+    /// # Errors
+    /// As [`Seen::pixel`].
+    pub(super) fn pixel_beside_shoulder(
+        &self,
+        sighting: &Sighting<'_>,
+        state: &DVector<f64>,
+        place: Vector3<f64>,
+        by_state: &DMatrix<f64>,
+    ) -> Result<(Vector2<f64>, DMatrix<f64>)> {
+        let rightly = DVector::zeros(PER_CAMERA);
+        let shoulder = self.arm.shoulder;
+        let seen = seen_by(sighting.view, &rightly, shoulder).ok_or(Error::RanAway { time_s: self.frame.time_s })?;
+        let mut pixel = seen.pixel + seen.by_point * (place - shoulder);
+        let of_place = seen.by_point * by_state;
+        let mut slope = DMatrix::from_fn(2, self.layout.dim, |r, c| of_place[(r, c)]);
+        if let Some(first) = self.layout.setup.map(|column| column + OF_ARM + PER_CAMERA * sighting.camera) {
+            pixel += &seen.by_camera * state.rows(first, PER_CAMERA);
+            slope.columns_mut(first, PER_CAMERA).copy_from(&seen.by_camera);
+        }
+        Ok((pixel, slope))
     }
 
     /// The patch's pixel; one that is far off is trusted less. `covariance`: of the state, where it is no single place.
@@ -129,30 +191,16 @@ impl<'a> Seen<'a> {
         }
         let (glued, by_tilt) = self.turned(state, self.world_sensor * offset);
         let (wrist, by_state) = self.wrist(state);
-        let time_s = self.frame.time_s;
-        let first = self.layout.setup.map(|column| column + OF_ARM + PER_CAMERA * sighting.camera);
-        let seen = match first {
-            Some(first) => seen_by(sighting.view, &state.rows(first, PER_CAMERA).into_owned(), wrist + glued),
-            None => SeenBy::rightly(sighting.view, wrist + glued),
-        };
-        let SeenBy { pixel, by_point: by_patch, by_camera } = seen.ok_or(Error::RanAway { time_s })?;
-        let by_state = by_patch * by_state;
-        let mut slope = DMatrix::from_fn(2, self.layout.dim, |r, c| by_state[(r, c)]);
-        if let Some(first) = first {
-            slope.columns_mut(first, PER_CAMERA).copy_from(&by_camera);
-        }
+        let (pixel, by_patch, mut slope) = self.pixel(sighting, state, wrist + glued, &by_state)?;
         if let Some((column, by_tilt)) = by_tilt {
             slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * by_tilt));
         }
         if let Some(column) = self.layout.offset {
             slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * self.turn(state) * self.world_sensor));
         }
-        let residual = sighting.pixel - pixel;
-        let variance = self.noise.pixel_sd * self.noise.pixel_sd;
-        let spread = |d: usize| covariance.map_or(0.0, |of| (slope.row(d) * of).dot(&slope.row(d)));
-        let far = (0..2).map(|d| residual[d] * residual[d] / (variance + spread(d))).sum::<f64>();
-        let noise = DMatrix::from_diagonal_element(2, 2, variance * (far / ROBUST).max(1.0));
-        Ok(Some((DVector::from_column_slice(residual.as_slice()), slope, noise)))
+        let residual = DVector::from_column_slice((sighting.pixel - pixel).as_slice());
+        let noise = DMatrix::from_diagonal_element(2, 2, self.noise.pixel_sd * self.noise.pixel_sd);
+        Ok(Some(trusted_less(residual, slope, noise, covariance)))
     }
 
     /// The upper arm's length, to second order: a place that is known to within a ball is farther from the shoulder, on
@@ -212,14 +260,28 @@ impl<'a> Seen<'a> {
     }
 }
 
+/// A measurement with more noise the farther it is off, as a Student's t would have it. `covariance`: of the state.
+pub(super) fn trusted_less(
+    residual: DVector<f64>,
+    slope: DMatrix<f64>,
+    noise: DMatrix<f64>,
+    covariance: Option<&DMatrix<f64>>,
+) -> Linear {
+    let spread = |d: usize| covariance.map_or(0.0, |of| (slope.row(d) * of).dot(&slope.row(d)));
+    let far = (0..residual.len()).map(|d| residual[d] * residual[d] / (noise[(d, d)] + spread(d))).sum::<f64>();
+    let wider = (far / ROBUST).max(1.0);
+    (residual, slope, noise * wider)
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::landmark::{Joint, Landmark};
     use super::super::setup::Setup;
     use super::super::state::{GaussMarkov, View};
+    use super::super::upper_arm::Direction;
     use super::*;
     use crate::camera::Camera;
     use crate::quaternion::Quaternion;
-    use nalgebra::Vector2;
 
     const STEP: f64 = 1e-6;
 
@@ -237,7 +299,8 @@ mod tests {
             cameras: 2,
         };
         let (shoulder, clock, setup) = (some(0.02), some(0.05), Some(setup));
-        Noise { bias, offset, tilt, shoulder, clock, setup, ..Noise::default() }
+        let (landmarks, upper_arm) = ([some(0.03), some(0.03)], some(0.05));
+        Noise { bias, offset, tilt, shoulder, landmarks, upper_arm, clock, setup, forearm_sd: 0.08, ..Noise::default() }
     }
 
     fn arm() -> Arm {
@@ -279,11 +342,22 @@ mod tests {
     fn slopes_are_derivatives() {
         with_seen(|seen, sighting| {
             let at = state(seen.layout);
+            let views = [view(), view()];
             let patch = |x: &DVector<f64>| seen.patch(sighting, x, None).unwrap().unwrap();
             is_slope_of(|x| patch(x).0, &patch(&at).1, &at);
             let length = |x: &DVector<f64>| seen.length(x, None).unwrap();
             is_slope_of(|x| length(x).0, &length(&at).1, &at);
             is_slope_of(|x| seen.rest(x).0, &seen.rest(&at).1, &at);
+            for joint in [Joint::Shoulder, Joint::Elbow] {
+                let landmark = Landmark { joint, camera: 1, pixel: sighting.pixel, sd: 3.0 };
+                let landmark = landmark.seen_by(&views);
+                let seen = |x: &DVector<f64>| seen.landmark(&landmark, x, None).unwrap().unwrap();
+                is_slope_of(|x| seen(x).0, &seen(&at).1, &at);
+            }
+            let to_shoulder = Vector3::new(0.3, -0.2, 0.9).normalize();
+            let direction =
+                |x: &DVector<f64>| seen.direction(&Direction { time_s: 1.0, to_shoulder, sd: 0.05 }, x, None);
+            is_slope_of(|x| direction(x).0, &direction(&at).1, &at);
             let place = |(place, _): (Vector3<f64>, DMatrix<f64>)| DVector::from_column_slice((-place).as_slice());
             is_slope_of(|x| place(seen.elbow_seen(x)), &seen.elbow_seen(&at).1, &at);
         });

@@ -108,7 +108,7 @@ impl ArmMixture {
         self.state = Mixture::of((0..ON_STRETCH).map(component).collect());
     }
 
-    /// Predict to the frame, then the patch, the arm's length and rest.
+    /// Predict to the frame, then the patch, other joints that are seen, the upper arm and rest.
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`].
@@ -123,7 +123,19 @@ impl ArmMixture {
             // Of what was seen: a length that is known beforehand is no observation.
             *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
         }
-        if self.is_held {
+        for landmark in &frame.landmarks {
+            let found = self
+                .state
+                .correct(frame.time_s, 1, |state, covariance| seen.landmark(landmark, state, Some(covariance)))?;
+            *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
+        }
+        if let Some(direction) = frame.upper_arm.filter(|_| self.is_held) {
+            // It says the length too.
+            let by =
+                |state: &DVector<f64>, covariance: &DMatrix<f64>| seen.direction(&direction, state, Some(covariance));
+            let found = self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(Some(by(state, covariance))))?;
+            *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
+        } else if self.is_held {
             self.state.split(SPLIT_TO * self.most + 1, |gaussian| seen.bent(gaussian));
             self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(seen.length(state, Some(covariance))))?;
         }

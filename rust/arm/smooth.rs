@@ -7,11 +7,13 @@
 
 use super::branch::{ArmBranch, Step};
 use super::colour::sightings;
+use super::landmark::Landmark;
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
 use super::setup::Setup;
 use super::state::{Arm, Layout, Noise, PLACES, POSITION, VELOCITY, View, WRIST};
 use super::timeline::Timeline;
+use super::upper_arm::{Direction, direction_at};
 use super::worn::WornMotion;
 use crate::Result;
 use crate::estimate::{Estimate, Point};
@@ -43,6 +45,8 @@ pub struct Kept {
     pub world_sensor: Quaternion,
     /// Where each camera saw the patch.
     pub pixels: Vec<Option<Vector2<f64>>>,
+    /// Which joints were seen besides, and where.
+    pub landmarks: Vec<Landmark>,
     /// Whether nothing has said where the arm is since a pause.
     pub is_unknown: bool,
     /// What was known beforehand, where the track starts here.
@@ -71,6 +75,7 @@ pub(super) struct Recorded<'a> {
     pub filter: &'a ArmMixture,
     pub frames: &'a [Kept],
     pub samples: &'a [Sample],
+    pub directions: &'a [Direction],
     pub setup: Option<Setup>,
 }
 
@@ -181,6 +186,8 @@ impl<'a> Recorded<'a> {
                 stale_s: timeline.stale_s(noise),
                 is_rest: timeline.is_rest(noise),
                 pixels: &frame.pixels,
+                landmarks: &frame.landmarks,
+                upper_arm: direction_at(self.directions, time_s),
                 start,
                 means: [long(&frame.means[0]), long(&frame.means[1])],
             });

@@ -1,5 +1,6 @@
 //! The arm, the noise around it, the columns of the state, and the places that a state puts joints at.
 
+use super::landmark::JOINTS;
 use super::setup::Setup;
 use crate::camera::Camera;
 use crate::estimate::{Estimate, Point};
@@ -94,6 +95,10 @@ pub struct Noise {
     pub shoulder: Option<GaussMarkov>,
     /// How much later the camera sees than the IMU's clock says, s, where it is estimated (mixture only).
     pub clock: Option<GaussMarkov>,
+    /// By how much what is seen of shoulder and elbow lies beside them, world, m, of those that are seen (mixture only).
+    pub landmarks: [Option<GaussMarkov>; JOINTS.len()],
+    /// Error of the upper arm's sensor, a small turn in the world, rad, where there is one (mixture only).
+    pub upper_arm: Option<GaussMarkov>,
     /// Lengths and cameras that are not quite known, where they are estimated (smoother only).
     pub setup: Option<Setup>,
     /// How `accel_density` grows with what the wrist accelerates by, per m/s² (mixture only).
@@ -127,7 +132,8 @@ impl Noise {
         require(positive(self.rest_speed), "rest_speed", self.rest_speed, "a positive number of m/s")?;
         require(zero_or_more(self.rest_accel), "rest_accel", self.rest_accel, "0 m/s² or more")?;
         require(zero_or_more(self.rest_turn_rate), "rest_turn_rate", self.rest_turn_rate, "0 rad/s or more")?;
-        for walk in [&self.bias, &self.offset, &self.tilt, &self.shoulder, &self.clock].into_iter().flatten() {
+        let walks = [&self.bias, &self.offset, &self.tilt, &self.shoulder, &self.clock, &self.upper_arm];
+        for walk in walks.into_iter().chain(&self.landmarks).flatten() {
             require(zero_or_more(walk.start_sd), "start_sd of what is estimated", walk.start_sd, "0 or more")?;
             require(zero_or_more(walk.density), "density of what is estimated", walk.density, "0 or more")?;
         }
@@ -158,6 +164,8 @@ impl Default for Noise {
             tilt: None,
             shoulder: None,
             clock: None,
+            landmarks: [None; JOINTS.len()],
+            upper_arm: None,
             setup: None,
             accel_growth: 0.0,
             forearm_sd: 0.0,
@@ -195,6 +203,10 @@ pub struct Layout {
     pub tilt: Option<usize>,
     /// First column of the shoulder's displacement.
     pub shoulder: Option<usize>,
+    /// First column of what is seen of shoulder and elbow, beside them.
+    pub landmarks: [Option<usize>; JOINTS.len()],
+    /// First column of the error of the upper arm's sensor.
+    pub upper_arm: Option<usize>,
     /// Column of the clock's error.
     pub clock: Option<usize>,
     /// First column of lengths and cameras.
@@ -222,15 +234,20 @@ impl Layout {
         let tilt = take(noise.tilt.is_some(), 3);
         let offset = take(noise.offset.is_some(), 3);
         let shoulder = take(noise.shoulder.is_some(), 3);
+        let landmarks = noise.landmarks.map(|landmark| take(landmark.is_some(), 3));
+        let upper_arm = take(noise.upper_arm.is_some(), 3);
         let clock = take(noise.clock.is_some(), 1);
         let setup = take(noise.setup.is_some(), noise.setup.map_or(0, |setup| setup.width()));
-        Self { bias, offset, tilt, shoulder, clock, setup, dim }
+        Self { bias, offset, tilt, shoulder, landmarks, upper_arm, clock, setup, dim }
     }
 
     /// What is estimated beside the columns that a worn sensor's motion mixes: first column, how many, process.
     pub fn others(self, noise: &Noise) -> Vec<(usize, usize, GaussMarkov)> {
-        let others = [(self.offset, 3, noise.offset), (self.shoulder, 3, noise.shoulder), (self.clock, 1, noise.clock)];
-        let others = others.into_iter().filter_map(|(column, width, of)| Some((column?, width, of?)));
+        let others = [(self.offset, 3, noise.offset), (self.shoulder, 3, noise.shoulder)];
+        let seen = [0, 1].map(|joint| (self.landmarks[joint], 3, noise.landmarks[joint]));
+        let last = [(self.upper_arm, 3, noise.upper_arm), (self.clock, 1, noise.clock)];
+        let others =
+            others.into_iter().chain(seen).chain(last).filter_map(|(column, width, of)| Some((column?, width, of?)));
         others.chain(self.constants(noise)).collect()
     }
 
@@ -247,19 +264,13 @@ impl Layout {
         let mut sd = DVector::zeros(self.dim);
         sd.rows_mut(POSITION, 3).fill(noise.position_start_sd);
         sd.rows_mut(VELOCITY, 3).fill(noise.velocity_start_sd);
-        for (column, width, walk) in [
-            (self.bias, 3, noise.bias),
-            (self.offset, 3, noise.offset),
-            (self.tilt, 3, noise.tilt),
-            (self.shoulder, 3, noise.shoulder),
-            (self.clock, 1, noise.clock),
-        ] {
+        for (column, walk) in [(self.bias, noise.bias), (self.tilt, noise.tilt)] {
             if let (Some(column), Some(walk)) = (column, walk) {
-                sd.rows_mut(column, width).fill(walk.start_sd);
+                sd.rows_mut(column, 3).fill(walk.start_sd);
             }
         }
-        for (column, width, constant) in self.constants(noise) {
-            sd.rows_mut(column, width).fill(constant.start_sd);
+        for (column, width, walk) in self.others(noise) {
+            sd.rows_mut(column, width).fill(walk.start_sd);
         }
         (mean, sd)
     }

@@ -1,6 +1,7 @@
 //! What Python gives an arm tracker, read: the arm, its cameras, noise and method.
 
 use crate::arm::ekf::Correction;
+use crate::arm::landmark::JOINTS;
 use crate::arm::particle::{ArmLayer, Cue, Mover};
 use crate::arm::setup::Setup;
 use crate::arm::state::{GaussMarkov, View};
@@ -108,6 +109,17 @@ struct MixtureArgument {
     shoulder_sd_m: f64,
     shoulder_density: f64,
     clock_sd_s: f64,
+    landmark_sd_m: f64,
+    landmark_density: f64,
+    upper_arm_turn_sd_rad: f64,
+    upper_arm_turn_density: f64,
+}
+
+/// What an arm's recording has besides patch and IMU, read.
+#[derive(FromPyObject)]
+struct SensesArgument {
+    landmarks: Vec<String>,
+    has_upper_arm: bool,
 }
 
 /// What a smoother has besides, read.
@@ -138,13 +150,17 @@ impl SmootherArgument {
 }
 
 impl MixtureArgument {
-    fn add_to(&self, noise: &mut Noise) {
+    fn add_to(&self, noise: &mut Noise, worn: &SensesArgument) {
         let unknown = GaussMarkov { start_sd: 0.0, density: 0.0 };
         noise.bias = noise.bias.or(Some(unknown));
         noise.tilt = Some(GaussMarkov { start_sd: self.tilt_start_sd_rad, density: self.tilt_density });
         let shoulder = GaussMarkov { start_sd: self.shoulder_sd_m, density: self.shoulder_density };
         noise.shoulder = self.shoulder.then_some(shoulder);
         noise.clock = Some(GaussMarkov { start_sd: self.clock_sd_s, density: 0.0 });
+        let landmark = GaussMarkov { start_sd: self.landmark_sd_m, density: self.landmark_density };
+        noise.landmarks = JOINTS.map(|joint| worn.landmarks.iter().any(|name| name == joint).then_some(landmark));
+        let turn = GaussMarkov { start_sd: self.upper_arm_turn_sd_rad, density: self.upper_arm_turn_density };
+        noise.upper_arm = worn.has_upper_arm.then_some(turn);
         noise.accel_growth = self.accel_growth;
         noise.forearm_sd = self.forearm_sd_rad;
     }
@@ -224,7 +240,8 @@ pub fn check_camera(camera: CameraArgument) -> PyResult<()> {
     Ok(())
 }
 
-pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {
+/// Noise and method of an arm, of a recording that has the senses that it says.
+pub fn extract_method(method: &Bound<'_, PyAny>, recording: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {
     let noise: NoiseArgument = method.extract()?;
     let FilterArgument { filter } = method.extract()?;
     let mut noise = Noise::from(noise);
@@ -235,7 +252,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<(Noise, Method)> {
         }
         "mixture" | "smoother" => {
             let m: MixtureArgument = method.extract()?;
-            m.add_to(&mut noise);
+            m.add_to(&mut noise, &recording.extract()?);
             let (corrections, components) = (corrections(&m.corrections)?, m.components);
             if filter == "mixture" {
                 Method::Mixture { corrections, components }

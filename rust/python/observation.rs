@@ -3,6 +3,7 @@
 use super::body_evidence::{extract_evidence, orientation};
 use super::{rows, same_length};
 use crate::Error;
+use crate::arm::landmark::{Joint, Landmark};
 use crate::observation::{self, Sample, What};
 use crate::quaternion::Quaternion;
 use nalgebra::{Vector2, Vector3};
@@ -10,7 +11,8 @@ use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use std::sync::Arc;
 
-/// What reaches a tracker: a time, and what was observed then. Made by `inertial`, `patch`, `orientation` and `picture`.
+/// What reaches a tracker: a time, and what was observed then. Made by `inertial`, `patch`, `landmark`,
+/// `orientation` and `picture`.
 ///
 /// `index` is its number among those of its source, for messages.
 #[pyclass(frozen, module = "pytracker._core")]
@@ -69,7 +71,23 @@ impl Observation {
         made(observation::Observation::patch(time_s, pixels), index)
     }
 
-    /// How a segment of a body that wears an IMU is turned: `left_upper_arm`, `right_forearm`...; orientation `(4,)` segment
+    /// Where a camera saw `shoulder` or `elbow` of an arm, of the frame that comes next: `(u, v)` and its standard deviation, px.
+    /// Raises `InputError`.
+    #[staticmethod]
+    #[pyo3(signature = (time_s, joint, pixel, sd_px, camera = 0, index = None))]
+    fn landmark(
+        time_s: f64,
+        joint: &str,
+        pixel: [f64; 2],
+        sd_px: f64,
+        camera: usize,
+        index: Option<usize>,
+    ) -> PyResult<Self> {
+        let landmark = Landmark { joint: Joint::from_name(joint)?, camera, pixel: pixel.into(), sd: sd_px };
+        Ok(made(observation::Observation::landmark(time_s, landmark), index))
+    }
+
+    /// How a segment that wears an IMU is turned, of a body or the upper arm of an arm: `left_upper_arm`, `right_forearm`...; orientation `(4,)` segment
     /// to world (w first); standard deviations of where it points and of its roll (infinite: it says nothing of it), rad.
     /// Raises `InputError`.
     #[staticmethod]
@@ -153,7 +171,7 @@ impl Observation {
         self.of.index
     }
 
-    /// What it is: `IMU sample`, `orientation` or `frame`.
+    /// What it is: `IMU sample`, `landmark`, `orientation` or `frame`.
     #[getter]
     fn what(&self) -> &'static str {
         self.of.what.name()

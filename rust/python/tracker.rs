@@ -39,7 +39,8 @@ struct SkeletonArgument<'py> {
 fn arm(recording: &Bound<'_, PyAny>, method: &Bound<'_, PyAny>, seed: u64) -> PyResult<tracker::Tracker> {
     let arm: ArmArgument = recording.getattr("arm")?.extract()?;
     let views: Vec<ViewArgument> = recording.getattr("views")?.extract()?;
-    let (noise, method) = extract_arm_method(&method.call_method1("known_by", (recording.getattr("spreads")?,))?)?;
+    let (noise, method) =
+        extract_arm_method(&method.call_method1("known_by", (recording.getattr("spreads")?,))?, recording)?;
     let made = || {
         let views = views.into_iter().map(ViewArgument::view).collect::<Result<_>>()?;
         Ok(ArmFilter::new(arm.into(), views, noise, method, seed)?.into())

@@ -2,6 +2,7 @@
 
 use nalgebra::{DVector, Matrix3, Vector2, Vector3};
 use pytracker::arm::ekf::Correction;
+use pytracker::arm::landmark::{Joint, Landmark};
 use pytracker::arm::motion::{InertialMotion, Motion, RandomWalk};
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
 use pytracker::arm::state::{GaussMarkov, Layout, View};

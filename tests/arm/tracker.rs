@@ -227,3 +227,29 @@ fn the_gyroscope_advances_the_orientation() {
     let expected = Vector3::new(-(0.1f64.sin()), 0.1f64.cos(), 0.0) * 0.25;
     assert!((turning(Some(Vector3::new(0.0, 0.0, 2.0))) - expected).norm() < 1e-15);
 }
+
+/// A shoulder that is seen elsewhere takes the elbow's sphere along; one that was seen well before the frame is not of it.
+#[test]
+fn a_landmark_is_of_its_frame() {
+    let walk = |start_sd, density| Some(GaussMarkov { start_sd, density });
+    let noise = Noise {
+        bias: walk(0.1, 0.03),
+        tilt: walk(0.02, 0.003),
+        shoulder: walk(0.03, 0.04),
+        landmarks: [walk(0.03, 0.005), None],
+        ..noise()
+    };
+    let wrist_after = |before_s: Option<f64>| {
+        let method = Method::Mixture { corrections: vec![Correction::ArmLength], components: 4 };
+        let (samples, frames) = recording();
+        let pixel = view().camera.project(arm().shoulder).unwrap() + Vector2::new(30.0, 0.0);
+        let landmark = Landmark { joint: Joint::Shoulder, camera: 0, pixel, sd: 2.0 };
+        let seen = frames.iter().filter_map(|(at, _)| Some(Observation::landmark(at - before_s?, landmark)));
+        let mut all: Vec<Observation> = seen.chain(in_order(&samples, &frames)).collect();
+        all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        tracker(noise.clone(), method).run(all).estimates.pop().unwrap().places[0].mean
+    };
+    let (unseen, seen) = (wrist_after(None), wrist_after(Some(0.0)));
+    assert_eq!(wrist_after(Some(0.02)), unseen, "of no frame");
+    assert!((seen - unseen).norm() > 0.002, "{seen} {unseen}");
+}

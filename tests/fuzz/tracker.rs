@@ -5,12 +5,15 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 use pytracker::arm::ekf::Correction;
+use pytracker::arm::landmark::{Joint, Landmark};
 use pytracker::arm::particle::{ArmLayer, Cue, Mover};
 use pytracker::arm::setup::Setup;
 use pytracker::arm::state::{GaussMarkov, View};
 use pytracker::arm::{Arm, ArmFilter, Method, Noise};
+use pytracker::body::cues::orientation::{Orientation, Segment};
+use pytracker::body::figure::Group;
 use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
 use pytracker::quaternion::Quaternion;
@@ -64,6 +67,8 @@ fn worn() -> Noise {
         offset: walk(0.01, 0.0),
         shoulder: walk(0.03, 0.04),
         clock: walk(0.05, 0.0),
+        landmarks: [walk(0.03, 0.005), None],
+        upper_arm: walk(0.07, 0.08),
         accel_growth: 0.3,
         forearm_sd: 0.08,
         ..Noise::default()
@@ -113,7 +118,7 @@ fuzz_target!(|data: &[u8]| {
     let mut time_s = 0.0;
     let mut frames = 0;
     while !bytes.0.is_empty() && frames < 40 {
-        match bytes.byte() % 8 {
+        match bytes.byte() % 10 {
             0..=2 => {
                 time_s += bytes.number(0.02).abs();
                 let acceleration = bytes.vector(20.0) + Vector3::new(0.0, 0.0, 9.8);
@@ -129,6 +134,19 @@ fuzz_target!(|data: &[u8]| {
                     .then(|| Vector2::new(320.0 + bytes.number(400.0), 240.0 + bytes.number(300.0)));
                 let found = tracker.observe(Observation::patch(time_s, vec![pixel]));
                 found.iter().flatten().for_each(is_one);
+            }
+            8 => {
+                let joint = if bytes.byte() % 2 == 0 { Joint::Shoulder } else { Joint::Elbow };
+                let pixel = Vector2::new(320.0 + bytes.number(400.0), 240.0 + bytes.number(300.0));
+                let (camera, sd) = (usize::from(bytes.byte() == 0), bytes.number(10.0));
+                let _ = tracker.observe(Observation::landmark(time_s, Landmark { joint, camera, pixel, sd }));
+            }
+            9 => {
+                let q_world_segment = UnitQuaternion::from_scaled_axis(bytes.vector(3.0));
+                let segment = Segment::UpperArm(Group::RightArm);
+                let (sd, roll_sd) = (bytes.number(0.2), f64::INFINITY);
+                let turned = Orientation { segment, q_world_segment, sd, roll_sd };
+                let _ = tracker.observe(Observation::orientation(time_s + bytes.number(0.01), turned));
             }
             6 => {
                 if let Ok(estimate) = tracker.estimate(time_s + bytes.number(0.1)) {

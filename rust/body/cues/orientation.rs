@@ -72,6 +72,13 @@ pub struct Orientation {
     pub roll_sd: f64,
 }
 
+impl Orientation {
+    /// Of an upper arm: from elbow to shoulder, of unit length, world; none of a forearm.
+    pub fn to_shoulder(&self) -> Option<Vector3<f64>> {
+        matches!(self.segment, Segment::UpperArm(_)).then(|| self.q_world_segment * Vector3::y())
+    }
+}
+
 /// Half the squares of the angles between what sensors say and the posed segments, in standard deviations.
 pub struct OrientationDistance<'a> {
     /// What they say.

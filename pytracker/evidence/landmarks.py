@@ -1,0 +1,81 @@
+"""Shoulder and elbow of an arm as its cameras see them: by further patches, or as a detector's keypoints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from pytracker._core import KEYPOINTS, InputError
+from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
+from pytracker.evidence.keypoints import with_spreads
+from pytracker.formats.video import Frame
+from pytracker.recording.recording import ArmRecording, View
+from pytracker.rotation import Array
+
+__all__ = ["Seen", "joints_seen"]
+
+PATCH_SD_PX = 4.0
+"""Of a patch's centre, as of the one on the wrist."""
+NEARER = 3.0
+"""A patch that lies so many times nearer to the other wrist is worn there."""
+
+Seen = tuple[Array, Array]
+"""Pixels `(T, 2)`, NaN where not seen, and their standard deviations `(T,)`, px; a row a frame of the video."""
+
+
+def joints_seen(
+    recording: ArmRecording,
+    camera: int,
+    patch: PatchTrack,
+    parameters: CamshiftParameters | None,
+    film: Callable[[str], Iterator[Frame]],
+) -> dict[str, Seen]:
+    """What `camera`, which saw the wrist's `patch`, saw of other joints, by name; `film` starts its video, for a stage.
+
+    Raises `InputError` where keypoints show that the patch is worn on the other arm.
+    """
+    view, side = recording.views[camera], recording.arm.side
+    found = {} if view.keypoints is None else _of_keypoints(view, camera, side, patch)
+    for joint, box in view.patches.items():
+        track = track_patch(film(f"patch on the {joint}"), box, parameters)
+        found[joint] = track.pixel, np.full(len(track.pixel), PATCH_SD_PX)
+    return found
+
+
+def _of_keypoints(view: View, camera: int, side: str, patch: PatchTrack) -> dict[str, Seen]:
+    assert view.keypoints is not None
+    people = np.full((len(patch.pixel), *view.keypoints.points.shape[1:]), np.nan)
+    within = view.keypoints.frames < len(people)
+    people[view.keypoints.frames[within]] = with_spreads(view.keypoints)[within]
+    _check_side(camera, side, people, patch)
+    wrist, shoulder = (KEYPOINTS.index(f"{side}_{joint}") for joint in ("wrist", "shoulder"))
+    chosen = np.full((len(people), *people.shape[2:]), np.nan)
+    last = np.full(2, np.nan)
+    for k, (those, seen) in enumerate(zip(people, patch.pixel, strict=True)):
+        # By the patch; where it is not seen, by where the shoulder was.
+        off = np.linalg.norm(those[:, wrist, :2] - seen, axis=1)
+        off = np.where(np.isfinite(off), off, np.linalg.norm(those[:, shoulder, :2] - last, axis=1))
+        if np.isfinite(off).any():
+            chosen[k] = those[int(np.nanargmin(off))]
+            last = np.where(np.isfinite(chosen[k, shoulder, :2]), chosen[k, shoulder, :2], last)
+    columns = {joint: chosen[:, KEYPOINTS.index(f"{side}_{joint}")] for joint in ("shoulder", "elbow")}
+    return {joint: (points[:, :2], points[:, 2]) for joint, points in columns.items()}
+
+
+def _check_side(camera: int, side: str, people: Array, patch: PatchTrack) -> None:
+    """The patch must lie at the wrist of the arm that wears it."""
+    other = "left" if side == "right" else "right"
+    here, there = (_median_distance(people, patch.pixel, f"{which}_wrist") for which in (side, other))
+    if NEARER * there < here:
+        raise InputError(
+            f"camera[{camera}].keypoints have the {side} wrist {here:.0f} px from the patch and the {other} one "
+            f"{there:.0f} px (medians), expected the {side} one there: check arm.side, or whether the video is mirrored"
+        )
+
+
+def _median_distance(people: Array, pixels: Array, keypoint: str) -> float:
+    """Of the nearest person, px; infinite where it is never seen."""
+    off = np.linalg.norm(people[:, :, KEYPOINTS.index(keypoint), :2] - pixels[:, None], axis=2)
+    off = off[np.isfinite(off).any(axis=1)]
+    return float(np.median(np.nanmin(off, axis=1))) if len(off) else np.inf

@@ -1,0 +1,117 @@
+//! Joints that a camera sees besides the patch: by a second patch, or as a detector's keypoints.
+//!
+//! Not in the paper, whose shoulder is still. What is seen lies beside the joint, on skin or where a detector thinks it is: by a
+//! displacement in the world that is part of the state, so that a joint's movement tells and its place tells less.
+
+use super::colour::Sighting;
+use super::measurements::{Seen, trusted_less};
+use super::state::{View, require_finite};
+use crate::filter::Linear;
+use crate::{Error, Result, error::require};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
+use serde::{Deserialize, Serialize};
+
+/// Nobody sees more finely, or less, px.
+const SD_PX: std::ops::RangeInclusive<f64> = 1e-3..=1e4;
+/// A sighting is of the frame that comes no later after it, s.
+pub const SAME_FRAME_S: f64 = 0.01;
+
+/// What may be seen besides the patch on the wrist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Joint {
+    /// Of the arm.
+    Shoulder,
+    /// Likewise.
+    Elbow,
+}
+
+/// Their names, in the order of [`super::state::Noise::landmarks`].
+pub const JOINTS: [&str; 2] = ["shoulder", "elbow"];
+
+impl Joint {
+    /// One of [`JOINTS`].
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn from_name(name: &str) -> Result<Self> {
+        match name {
+            "shoulder" => Ok(Self::Shoulder),
+            "elbow" => Ok(Self::Elbow),
+            _ => Err(Error::UnknownName { what: "joint", name: name.into(), known: "shoulder, elbow" }),
+        }
+    }
+}
+
+/// Where a camera saw a joint.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Landmark {
+    /// Which joint.
+    pub joint: Joint,
+    /// Which of the cameras.
+    pub camera: usize,
+    /// Where, px.
+    pub pixel: Vector2<f64>,
+    /// Standard deviation per axis, from frame to frame, px.
+    pub sd: f64,
+}
+
+impl Landmark {
+    /// Check its numbers, of so many cameras.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`], [`Error::NotFinite`].
+    pub fn check(&self, time_s: f64, cameras: usize) -> Result<()> {
+        require(self.camera < cameras, "camera of a landmark", self.camera as f64, "one of the recording's, from 0")?;
+        require(SD_PX.contains(&self.sd), "sd_px of a landmark", self.sd, "0.001 to 10000 px")?;
+        require_finite("pixel of a landmark", time_s, self.pixel.as_slice())
+    }
+
+    /// With the camera that saw it.
+    pub(super) fn seen_by<'a>(&self, views: &'a [View]) -> SeenLandmark<'a> {
+        let Self { joint, camera, pixel, sd } = *self;
+        SeenLandmark { joint, sd, sighting: Sighting { view: &views[camera], camera, pixel } }
+    }
+}
+
+/// A landmark with the camera that saw it.
+#[derive(Debug, Clone, Copy)]
+pub struct SeenLandmark<'a> {
+    joint: Joint,
+    sd: f64,
+    sighting: Sighting<'a>,
+}
+
+impl Seen<'_> {
+    /// The pixel of a joint; one that is far off is trusted less. `covariance`: of the state, where it is no single place.
+    ///
+    /// # Errors
+    /// [`Error::RanAway`]: it is behind the camera.
+    pub fn landmark(
+        &self,
+        landmark: &SeenLandmark<'_>,
+        state: &DVector<f64>,
+        covariance: Option<&DMatrix<f64>>,
+    ) -> Result<Option<Linear>> {
+        let (mut place, mut by_state) = match landmark.joint {
+            Joint::Shoulder => self.shoulder(state),
+            Joint::Elbow => self.elbow_seen(state),
+        };
+        if let Some(column) = self.layout.landmarks[landmark.joint as usize] {
+            place += state.fixed_rows::<3>(column);
+            let mut by_displacement = by_state.fixed_view_mut::<3, 3>(0, column);
+            by_displacement += Matrix3::identity();
+        }
+        let mut noise = DMatrix::from_diagonal_element(2, 2, landmark.sd * landmark.sd);
+        let (pixel, slope) = match landmark.joint {
+            Joint::Shoulder => self.pixel_beside_shoulder(&landmark.sighting, state, place, &by_state)?,
+            Joint::Elbow => {
+                let (pixel, by_place, slope) = self.pixel(&landmark.sighting, state, place, &by_state)?;
+                let spread = by_place * self.beside_forearm() * by_place.transpose();
+                noise += DMatrix::from_column_slice(2, 2, spread.as_slice());
+                (pixel, slope)
+            }
+        };
+        let residual = DVector::from_column_slice((landmark.sighting.pixel - pixel).as_slice());
+        Ok(Some(trusted_less(residual, slope, noise, covariance)))
+    }
+}
