@@ -12,7 +12,7 @@ from conftest import estimated, shown
 
 import pytracker as pt
 from pytracker.formats import read_amc, read_asf, write_amc
-from pytracker.rotation import Array
+from pytracker.formats.bvh import read_bvh
 from pytracker.skeleton import KEY_JOINTS, average_skeleton
 
 MARKERS = {"shoulder": ("SHO",), "elbow": ("ELB",), "wrist": ("WRA", "WRB")}
@@ -47,11 +47,12 @@ def test_joints_are_where_the_markers_are(
 def test_poses_agree_with_the_bvh_of_the_same_trial(shared: Callable[[str], Path]) -> None:
     skeleton = read_asf(shared("data/cmu/16.asf"))
     starts, ends, _ = skeleton.core.pose(read_amc(shared("data/cmu/16_15.amc"), skeleton).poses)
-    nodes, rows = read_bvh(shared("data/cmu/16_15.bvh"))
-    assert len(rows) == len(starts)
+    found = read_bvh(shared("data/cmu/16_15.bvh"))
+    assert len(found.time_s) == len(starts)
+    assert found.rate_hz == pytest.approx(120.0, abs=0.1)
     # It is keyed at 30 Hz: every fourth frame from the fifth on is a key, the others are interpolated.
-    for frame in range(4, len(rows), 4):
-        joints = bvh_joints(nodes, rows[frame])
+    for frame in range(4, len(starts), 4):
+        joints = {name: place[frame] for name, place in found.positions_m.items()}
         for name in (
             "head",
             "lhumerus",
@@ -111,53 +112,3 @@ def test_average_skeleton_is_a_person() -> None:
         pose[0, skeleton.channels.index(f"{side}radius_rx")] = np.pi / 2
         bent = skeleton.core.pose(pose)[1]
         assert bent[0, skeleton.bone(f"{side}wrist"), 2] > starts[0, skeleton.bone(f"{side}radius"), 2] + 0.2
-
-
-def read_bvh(path: Path) -> tuple[list[tuple[str, int | None, Array, list[str]]], Array]:
-    """Nodes (name, parent, offset in cm, channels) and one row a frame."""
-    nodes: list[tuple[str, int | None, Array, list[str]]] = []
-    stack: list[int] = []
-    lines = path.read_text().split("\n")
-    for number, line in enumerate(lines):
-        words = line.split()
-        if not words:
-            continue
-        parent = stack[-1] if stack else None
-        if words[0] in ("ROOT", "JOINT"):
-            nodes.append((words[1], parent, np.zeros(3), []))
-        elif words[0] == "End":
-            assert parent is not None
-            nodes.append((nodes[parent][0] + "_end", parent, np.zeros(3), []))
-        elif words[0] == "{":
-            stack.append(len(nodes) - 1)
-        elif words[0] == "}":
-            stack.pop()
-        elif words[0] == "OFFSET":
-            nodes[stack[-1]][2][:] = [float(x) for x in words[1:]]
-        elif words[0] == "CHANNELS":
-            nodes[stack[-1]][3].extend(words[2:])
-        elif words[0] == "MOTION":
-            return nodes, np.array([[float(x) for x in row.split()] for row in lines[number + 3 :] if row.strip()])
-    raise AssertionError("no MOTION")
-
-
-def bvh_joints(nodes: list[tuple[str, int | None, Array, list[str]]], row: Array) -> dict[str, Array]:
-    """Where the joints are, m."""
-    rotations: list[Array] = []
-    places: list[Array] = []
-    values = iter(row)
-    for _, parent, offset, channels in nodes:
-        place, turn = (offset.copy() if parent is not None else np.zeros(3)), np.eye(3)
-        for channel in channels:
-            axis, value = "XYZ".index(channel[0]), next(values)
-            if channel.endswith("position"):
-                place[axis] = value
-            else:
-                s, c = np.sin(np.radians(value)), np.cos(np.radians(value))
-                j, k = (axis + 1) % 3, (axis + 2) % 3
-                m = np.eye(3)
-                m[j, j], m[j, k], m[k, j], m[k, k] = c, -s, s, c
-                turn = turn @ m
-        rotations.append(turn if parent is None else rotations[parent] @ turn)
-        places.append(place if parent is None else places[parent] + rotations[parent] @ place)
-    return {name: place / 100 for (name, *_), place in zip(nodes, places, strict=True)}

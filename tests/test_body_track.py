@@ -220,7 +220,7 @@ def folder(simulated_body: Path, tmp_path: Path) -> Path:
         ('points = "points.csv"', "affine = [[1e-9, 0, 160], [0, -1e-9, 120]]", "root and head are"),
         ('points = "points.csv"', 'points = "points.csv"\ndistortion = [1, 0, 0, 0, 0]', "distortion goes with matrix"),
         ("rate_hz = 120.0", "", "truth.rate_hz is missing"),
-        ('file = "motion.amc"', 'file = "motion.bvh"', "truth.file is 'motion.bvh', expected an .amc motion"),
+        ('file = "motion.amc"', 'file = "motion.fbx"', "truth.file is 'motion.fbx', expected an .amc motion"),
         ("[truth]", "[initial]\nframe = 99999\n[truth]", "initial.frame is 99999, expected below 241"),
         ("[truth]", '[initial]\nangles = "no.toml"\n[truth]', "no.toml: no such file, expected the first pose"),
         ("rate_hz = 120.0", "rate_hz = 120.0\noffset_s = 9.0", "expected it to cover the first frame, or [initial]"),

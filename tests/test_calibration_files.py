@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -88,3 +89,59 @@ def test_caliscope() -> None:
     camera = pt.Camera(**read_calibration(path, "0"), patch_offset_m=(0.0, 0.0, 0.0))
     assert camera.matrix[0][0] == pytest.approx(903.55, abs=0.01)
     assert np.linalg.det(np.array(camera.rotation)) == pytest.approx(1.0, abs=1e-6)
+
+
+def opencv_file(path: Path, matrices: dict[str, np.ndarray]) -> Path:
+    """As OpenCV itself writes it."""
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    storage.write("image_width", 640)
+    for name, matrix in matrices.items():
+        storage.write(name, matrix)
+    storage.release()
+    return path
+
+
+K = np.array([[700.0, 0, 320], [0, 710.0, 240], [0, 0, 1]])
+
+
+@pytest.mark.parametrize("suffix", ["yml", "yaml", "xml"])
+def test_files_of_opencv(tmp_path: Path, suffix: str) -> None:
+    rvec, tvec = np.array([[0.1], [-0.2], [0.3]]), np.array([[0.5], [0.1], [2.5]])
+    matrices = {"camera_matrix": K, "distortion_coefficients": np.array([[0.1, -0.2, 0.001, 0.002, 0.05]])}
+    path = opencv_file(tmp_path / f"camera.{suffix}", matrices | {"rvec": rvec, "tvec": tvec})
+    found = read_calibration(path)
+    assert found["matrix"] == K.tolist()
+    assert found["distortion"] == [0.1, -0.2, 0.001, 0.002, 0.05]
+    assert np.allclose(found["rotation"], cv2.Rodrigues(rvec)[0])
+    assert found["translation_m"] == [0.5, 0.1, 2.5]
+    alone = read_calibration(
+        opencv_file(tmp_path / f"alone.{suffix}", {"cameraMatrix": K, "distCoeffs": np.zeros((1, 4))})
+    )
+    assert alone == {"matrix": K.tolist(), "distortion": [0.0] * 5}
+
+
+@pytest.mark.parametrize(
+    ("matrices", "expected"),
+    [
+        ({"essential": K}, "holds essential, expected camera_matrix"),
+        ({"camera_matrix": K[:2]}, "matrix is"),
+        ({"camera_matrix": K, "dist": np.array([[0.1, 0, 0, 0, 0, 0.3, 0, 0]])}, "8 distortions"),
+        ({"camera_matrix": K, "R": np.eye(3), "T": np.array([[100.0, 0, 2500]])}, "2502 long, expected metres"),
+    ],
+)
+def test_what_a_file_of_opencv_lacks_is_said(tmp_path: Path, matrices: dict[str, np.ndarray], expected: str) -> None:
+    with pytest.raises(pt.InputError, match=expected):
+        read_calibration(opencv_file(tmp_path / "camera.yml", matrices))
+
+
+def test_a_ros_file_and_one_that_was_cut(tmp_path: Path) -> None:
+    text = (
+        "image_width: 640\ncamera_name: head\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
+        "  data: [700., 0, 320, 0, 710, 240, 0, 0, 1]\ndistortion_model: plumb_bob\n"
+        "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0.1, 0, 0, 0, 0]\n"
+    )
+    (tmp_path / "ros.yaml").write_text(text, "utf-8")
+    assert read_calibration(tmp_path / "ros.yaml")["matrix"] == K.tolist()
+    (tmp_path / "cut.yaml").write_text(text.replace(", 0, 0, 1]", "]"), "utf-8")
+    with pytest.raises(pt.InputError, match=r"camera_matrix is .*, expected 3 x 3 numbers"):
+        read_calibration(tmp_path / "cut.yaml")

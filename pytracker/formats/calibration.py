@@ -4,6 +4,7 @@
 |---|---|
 | TOML, a table a camera with `matrix`, `distortions`, `rotation`, `translation` | Pose2Sim, AniPose, Caliscope |
 | XML, `<camera>` with `<transform>` and `<intrinsic>` | Qualisys Track Manager |
+| YAML, XML of matrices called `camera_matrix`, `distortion_coefficients`, ... | OpenCV's FileStorage, ROS |
 | TOML with `matrix` at its top | ours |
 """
 
@@ -16,6 +17,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats.opencv_storage import matrices_of
 from pytracker.formats.text import read_lines
 from pytracker.formats.toml_file import parse_toml
 from pytracker.rotation import Array, rotate, rotation_vector_to_quaternion
@@ -25,6 +27,16 @@ __all__ = ["read_calibration"]
 QUALISYS_PX = 64.0
 """Qualisys counts in so many parts of a pixel, and in millimetres; its camera looks along -z, with y up."""
 OVER = np.diag([1.0, -1.0, -1.0])
+
+FARTHEST_M = 50.0
+"""No camera of a room is farther from its world; one that was calibrated in millimetres is."""
+OPENCV_MATRIX = ("cameramatrix", "k", "mtx", "m1", "intrinsic", "intrinsicmatrix")
+OPENCV_OTHERS = (
+    ("distortioncoefficients", "distcoeffs", "dist", "d", "d1"),
+    ("r", "rvec", "rotation", "rotationmatrix"),
+    ("t", "tvec", "translation", "translationvector"),
+)
+"""What matrices of OpenCV are called, without underscores: intrinsics; distortion, rotation, translation."""
 
 
 def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, Any]:
@@ -42,7 +54,9 @@ def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, A
         if not cameras:
             return data
         return _of_toml(path, _chosen(path, cameras, camera))
-    return _of_qualisys(path, camera)
+    text = "\n".join(read_lines(path))
+    matrices = matrices_of(path, text)
+    return _of_opencv(path, matrices) if matrices else _of_qualisys(path, text, camera)
 
 
 def _tables(data: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
@@ -88,9 +102,37 @@ def _of_toml(path: Path, table: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _of_qualisys(path: Path, camera: str | None) -> dict[str, Any]:
+def _of_opencv(path: Path, matrices: dict[str, Array]) -> dict[str, Any]:
+    def named(names: tuple[str, ...]) -> Array | None:
+        return next((of for name, of in matrices.items() if name.lower().replace("_", "") in names), None)
+
+    matrix = named(OPENCV_MATRIX)
+    if matrix is None:
+        raise InputError(f"{path}: holds {', '.join(matrices)[:200]}, expected camera_matrix")
+    table: dict[str, Any] = {"matrix": matrix.tolist()}
+    distortion, rotation, translation = (named(names) for names in OPENCV_OTHERS)
+    if distortion is not None:
+        more = distortion.ravel()[5:]
+        if more.any():
+            raise InputError(
+                f"{path}: has {distortion.size} distortions, {more.tolist()} beyond the fifth, expected k1 k2 p1 p2 k3 "
+                "alone: calibrate without the rational model"
+            )
+        table["distortions"] = distortion.ravel()[:5].tolist()
+    if rotation is not None and translation is not None:
+        far = float(np.linalg.norm(translation))
+        if far > FARTHEST_M:
+            raise InputError(
+                f"{path}: the camera's translation is {far:.4g} long, expected metres, {FARTHEST_M:g} at most"
+            )
+        table["rotation"] = (rotation if rotation.shape == (3, 3) else rotation.ravel()).tolist()
+        table["translation"] = translation.ravel().tolist()
+    return _of_toml(path, table)
+
+
+def _of_qualisys(path: Path, text: str, camera: str | None) -> dict[str, Any]:
     try:
-        root = ElementTree.fromstring("\n".join(read_lines(path)).encode())  # noqa: S314 - a file of the user's own
+        root = ElementTree.fromstring(text.encode())  # noqa: S314 - a file of the user's own
     except (ElementTree.ParseError, ValueError) as error:
         raise InputError(f"{path}: is no calibration: neither TOML nor XML ({error})") from None
     cameras = {str(of.get("serial", k)): of for k, of in enumerate(root.iter("camera"))}

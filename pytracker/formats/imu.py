@@ -5,6 +5,7 @@
 | csv | plain CSV with a header (design of the recording folder) | `imu_csv` |
 | mt-manager | Xsens MT Manager text export, any columns and delimiter | `mt_manager` |
 | mt9-log | Xsens MT9 software logs, acceleration and orientation in two files | `mt9_log` |
+| mat | MATLAB, such as BROAD's | `mat` |
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
 from pytracker.formats.imu_gravity import WINDOW_S, at_rest, check_up, unsteadiness
 from pytracker.formats.imu_log import ImuLog
+from pytracker.formats.mat import is_mat, read_mat_imu
 from pytracker.formats.text import read_lines
 
 __all__ = ["FORMATS", "orient", "read_imu"]
@@ -40,7 +42,7 @@ LEAST_UNSTEADY = 0.4
 STEADIER = 0.4
 """Another gyroscope must leave gravity this much steadier; a movement without turns tells nothing."""
 
-FORMATS = ("auto", "csv", "mt-manager", "mt9-log")
+FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat")
 
 
 def read_imu(
@@ -59,10 +61,14 @@ def read_imu(
     """
     if form not in FORMATS:
         raise InputError(f"IMU format is {form!r}, expected one of: {', '.join(FORMATS)}")
-    lines = read_lines(path)
+    if form == "auto" and is_mat(path):
+        form = "mat"
+    lines = [] if form == "mat" else read_lines(path)
     if form == "auto":
         form = _recognise(path, lines)
-    if form == "mt-manager":
+    if form == "mat":
+        log = read_mat_imu(path)
+    elif form == "mt-manager":
         log = mt_manager.read(path, lines, rate_hz)
     elif form == "mt9-log":
         log = mt9_log.read(path, lines, orientation_file)

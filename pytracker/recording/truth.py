@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats.bvh import read_bvh
 from pytracker.formats.c3d import read_c3d
+from pytracker.formats.mat import read_mat_points
 from pytracker.formats.qualisys import Markers, read_qualisys
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
@@ -26,6 +28,8 @@ POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
     ".csv": read_truth_csv,
     ".trc": read_trc,
     ".c3d": read_c3d,
+    ".mat": read_mat_points,
+    ".bvh": read_bvh,
 }
 """Readers of markers by the file's suffix."""
 

@@ -14,6 +14,11 @@ __all__ = ["markers_of", "truth_lines"]
 
 SIDES = {"left": ("left", "l"), "right": ("right", "r")}
 JOINTS = ("shoulder", "elbow", "wrist")
+BONES = (
+    {"shoulder": "arm", "elbow": "forearm", "wrist": "hand"},
+    {"shoulder": "humerus", "elbow": "radius", "wrist": "hand"},
+)
+"""What bones that begin at these joints are called in BVH files."""
 
 
 def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, str | list[str]]:
@@ -24,7 +29,11 @@ def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, st
     plain = {re.sub(r"[^a-z]", "", name.split(":")[-1].lower()): name for name in names}
 
     def called(of: str, joint: str) -> str | None:
-        return next((plain[word + joint] for word in SIDES[of] if word + joint in plain), None)
+        # Of a skeleton's bones each begins at its joint; its LeftShoulder is the collar bone.
+        joints = any(word + "elbow" in plain for word in SIDES[of])
+        bones = [names for names in BONES if any(word + names["elbow"] in plain for word in SIDES[of]) and not joints]
+        name = bones[0].get(joint, joint) if bones else joint
+        return next((plain[word + name] for word in SIDES[of] if word + name in plain), None)
 
     if kind == "arm":
         found = {joint: called(side, joint) for joint in JOINTS}

@@ -1,0 +1,159 @@
+"""BVH files (Biovision hierarchy): a skeleton and its motion, to where its joints are.
+
+Nothing in the file says its unit: it is told by how tall the skeleton is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.qualisys import Markers
+from pytracker.formats.text import number, read_lines
+from pytracker.rotation import Array
+
+__all__ = ["read_bvh"]
+
+UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+TALL_M = (0.6, 2.5)
+"""From its highest joint to its lowest a person is as tall; no unit but one makes it so."""
+CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
+
+
+@dataclass
+class Joint:
+    """A joint of the hierarchy: its parent's number, its offset from it, and its channels in the order of the file."""
+
+    name: str
+    parent: int | None
+    offset: Array = field(default_factory=lambda: np.zeros(3))
+    channels: list[str] = field(default_factory=list)
+
+
+def read_bvh(path: Path | str) -> Markers:
+    """Every joint by name, an end of a limb as `NAME_end`; y is up.
+
+    Raises `InputError` naming line, value and expectation.
+    """
+    path = Path(path)
+    lines = read_lines(path)
+    if not lines or lines[0].strip().upper() != "HIERARCHY":
+        raise InputError(f"{path}:1: starts with {lines[0][:40] if lines else ''!r}, expected HIERARCHY")
+    joints, first = _hierarchy(path, lines)
+    names = [joint.name for joint in joints]
+    if len(set(names)) != len(names):
+        raise InputError(f"{path}: has two joints of one name, expected a name each: {', '.join(names)[:200]}")
+    rate_hz, rows = _motion(path, lines, first, sum(len(joint.channels) for joint in joints))
+    unit = _unit_m(path, joints)
+    positions = {name: unit * place for name, place in _places(joints, rows).items()}
+    return Markers(np.arange(len(rows)) / rate_hz, positions, dict.fromkeys(positions, 0), rate_hz)
+
+
+def _hierarchy(path: Path, lines: list[str]) -> tuple[list[Joint], int]:
+    """The joints, parents first; and the number of the line after MOTION."""
+    joints: list[Joint] = []
+    stack: list[int] = []
+    for at, line in enumerate(lines[1:], start=1):
+        words = line.split()
+        match words:
+            case []:
+                continue
+            case ["ROOT" | "JOINT", *name]:
+                joints.append(Joint(" ".join(name), stack[-1] if stack else None))
+            case ["End", *_] if stack:
+                joints.append(Joint(f"{joints[stack[-1]].name}_end", stack[-1]))
+            case ["{"] if joints:
+                stack.append(len(joints) - 1)
+            case ["}"] if stack:
+                stack.pop()
+            case ["OFFSET", x, y, z] if stack:
+                joints[stack[-1]].offset = np.array([number(cell, path, at + 1, "OFFSET") for cell in (x, y, z)])
+            case ["CHANNELS", count, *channels] if stack and _are_channels(count, channels):
+                joints[stack[-1]].channels = channels
+            case ["MOTION"] if joints and not stack:
+                return joints, at + 1
+            case _:
+                raise InputError(
+                    f"{path}:{at + 1}: {line.strip()[:60]!r} is no line of a hierarchy here, expected ROOT, JOINT, "
+                    "End Site, OFFSET of three numbers, CHANNELS with their count, braces, or MOTION after the last"
+                )
+    raise InputError(f"{path}: has no MOTION, expected it after the hierarchy: cut short?")
+
+
+def _are_channels(count: str, channels: list[str]) -> bool:
+    return count == str(len(channels)) and set(channels) <= {*CHANNELS}
+
+
+def _motion(path: Path, lines: list[str], first: int, width: int) -> tuple[float, Array]:
+    """Frames a second, and a row of channels a frame `(T, width)`."""
+    head = [line.split(":") for line in lines[first : first + 2]]
+    if [words[0].strip() for words in head] != ["Frames", "Frame Time"] or any(len(words) != 2 for words in head):
+        raise InputError(f"{path}:{first + 1}: expected the lines Frames: and Frame Time: after MOTION")
+    count, interval_s = (number(words[1].strip(), path, first + 1 + k, words[0]) for k, words in enumerate(head))
+    if not interval_s > 0:
+        raise InputError(f"{path}:{first + 2}: Frame Time is {interval_s}, expected a positive number of seconds")
+    rows = []
+    for at, line in enumerate(lines[first + 2 :], start=first + 3):
+        cells = line.split()
+        if not cells:
+            continue
+        if len(cells) != width:
+            raise InputError(f"{path}:{at}: row has {len(cells)} numbers, expected {width}, one a channel")
+        rows.append([number(cell, path, at, "a channel") for cell in cells])
+    if len(rows) != count or not rows:
+        raise InputError(f"{path}: has {len(rows)} frames, expected {count:g} as it says: cut short?")
+    values = np.array(rows)
+    if not np.isfinite(values).all():
+        raise InputError(f"{path}: row {int(np.argwhere(~np.isfinite(values))[0, 0]) + 1} has a gap, expected numbers")
+    return 1.0 / interval_s, values
+
+
+def _unit_m(path: Path, joints: list[Joint]) -> float:
+    """By the skeleton as it stands without turns."""
+    still = np.zeros((1, sum(len(joint.channels) for joint in joints)))
+    heights = [float(place[0, 1]) for place in _places(joints, still).values()]
+    tall = max(heights) - min(heights)
+    fitting = [unit for unit in UNITS_M.values() if TALL_M[0] <= tall * unit <= TALL_M[1]]
+    if len(fitting) != 1:
+        raise InputError(
+            f"{path}: the skeleton is {tall:.4g} units tall, expected {TALL_M[0]:g} to {TALL_M[1]:g} m in one of: "
+            f"{', '.join(UNITS_M)}"
+        )
+    return fitting[0]
+
+
+def _places(joints: list[Joint], rows: Array) -> dict[str, Array]:
+    """Where the joints are `(T, 3)`, in the file's unit."""
+    turns: list[Array] = []
+    places: list[Array] = []
+    column = 0
+    for joint in joints:
+        place = np.broadcast_to(joint.offset, (len(rows), 3)).copy()
+        turn = np.broadcast_to(np.eye(3), (len(rows), 3, 3))
+        for channel in joint.channels:
+            axis, values = "XYZ".index(channel[0]), rows[:, column]
+            column += 1
+            if channel.endswith("position"):
+                place[:, axis] = values
+            else:
+                turn = turn @ _about(axis, np.radians(values))
+        if joint.parent is not None:
+            place = places[joint.parent] + np.einsum("tij,tj->ti", turns[joint.parent], place)
+            turn = turns[joint.parent] @ turn
+        turns.append(turn)
+        places.append(place)
+    return {joint.name: place for joint, place in zip(joints, places, strict=True)}
+
+
+def _about(axis: int, angle: Array) -> Array:
+    """Turns `(T, 3, 3)` about an axis by angles `(T,)`, rad."""
+    turn = np.zeros((len(angle), 3, 3))
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    turn[:, axis, axis] = 1.0
+    turn[:, j, j] = turn[:, k, k] = np.cos(angle)
+    turn[:, k, j] = np.sin(angle)
+    turn[:, j, k] = -np.sin(angle)
+    return turn

@@ -1,0 +1,145 @@
+"""MATLAB's files as an IMU's and as truth, and BVH as truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import pytracker as pt
+from pytracker.formats.bvh import read_bvh
+from pytracker.formats.imu import orient, read_imu
+from pytracker.formats.imu_checks import check
+from pytracker.formats.mat import read_mat_points
+from pytracker.setup.truth_entry import markers_of
+
+
+@pytest.mark.parametrize(
+    ("name", "gaps"), [("10_undisturbed_slow_translation_A", 42), ("21_undisturbed_fast_combined", 219)]
+)
+def test_broad_is_read(shared: Callable[[str], Path], name: str, gaps: int) -> None:
+    """Turned to the world by what VQF makes of it, gravity is up; and the optical truth is beside it."""
+    path = shared(f"data/imu/broad/{name}.mat")
+    log = orient(check(read_imu(path)))
+    assert log.rate_hz == pytest.approx(285.714, abs=0.01)
+    assert log.mag is not None
+    assert log.q_world_sensor is not None
+    points = read_mat_points(path)
+    assert list(points.positions_m) == ["opt_pos"]
+    assert points.gaps == {"opt_pos": gaps}
+    assert len(points.time_s) == len(log.time_s)
+
+
+def test_a_mat_file_is_what_a_csv_would_be(tmp_path: Path) -> None:
+    acc, gyr = np.tile([0.1, 0.2, 9.8], (50, 1)), np.full((50, 3), 0.01)
+    q = np.tile([1.0, 0, 0, 0], (50, 1))
+    savemat(tmp_path / "imu.mat", {"acc": acc, "gyr": gyr, "quat": q, "fs": 100.0, "label": "who"})
+    log = read_imu(tmp_path / "imu.mat")
+    for found, expected in ((log.acc, acc), (log.gyr, gyr), (log.q_world_sensor, q)):
+        assert found is not None
+        assert np.array_equal(found, expected)
+    assert log.time_s[-1] == pytest.approx(0.49)
+
+
+@pytest.mark.parametrize(
+    ("arrays", "expected"),
+    [
+        ({"gyr": np.zeros((5, 3)), "fs": 100.0}, r"has gyr \(5, 3\), fs \(1, 1\), expected imu_acc or acc"),
+        ({"acc": np.zeros((5, 3))}, "expected sampling_rate in Hz, or time_s"),
+        ({"acc": np.zeros((5, 3)), "fs": 0.0}, "expected sampling_rate in Hz"),
+        ({"acc": np.zeros((3, 5)), "fs": 100.0}, r"acc has shape \(3, 5\), expected \(3, 3\)"),
+        ({"acc": np.zeros((5, 3)), "gyr": np.zeros((4, 3)), "fs": 100.0}, r"gyr has shape \(4, 3\), expected \(5, 3\)"),
+    ],
+)
+def test_what_a_mat_file_lacks_is_said(tmp_path: Path, arrays: dict[str, object], expected: str) -> None:
+    savemat(tmp_path / "imu.mat", arrays)
+    with pytest.raises(pt.InputError, match=expected):
+        read_imu(tmp_path / "imu.mat")
+
+
+@pytest.mark.parametrize(
+    ("head", "expected"),
+    [
+        (b"MATLAB 7.3 MAT-file", "MATLAB 7.3 file, expected version 5"),
+        (b"MATLAB 5.0 MAT-file", "no MATLAB file that can be read"),
+    ],
+)
+def test_a_mat_file_that_is_none(tmp_path: Path, head: bytes, expected: str) -> None:
+    # 7.3 is HDF5 behind a header of 512 bytes whose version is 2.
+    text = head.ljust(124, b" ") + (b"\x00\x02IM" if b"7.3" in head else b"\x00\x01IM") + b"\x89HDF\r\n" * 80
+    (tmp_path / "imu.mat").write_bytes(text)
+    with pytest.raises(pt.InputError, match=expected):
+        read_imu(tmp_path / "imu.mat")
+
+
+BVH = """HIERARCHY
+ROOT Hips
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT LeftArm
+  {
+    OFFSET 0 100 0
+    CHANNELS 3 Zrotation Xrotation Yrotation
+    End Site
+    {
+      OFFSET 60 0 0
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.02
+0 90 0 0 0 0 0 0 0
+0 90 0 0 0 0 90 0 0
+"""
+
+
+def test_a_bvh_file_is_where_its_joints_are(tmp_path: Path) -> None:
+    (tmp_path / "a.bvh").write_text(BVH.replace("\n", "\r\n"), "utf-8")
+    found = read_bvh(tmp_path / "a.bvh")
+    assert found.rate_hz == pytest.approx(50.0)
+    assert found.time_s.tolist() == [0.0, 0.02]
+    expected = {"Hips": [[0, 0.9, 0]] * 2, "LeftArm": [[0, 1.9, 0]] * 2, "LeftArm_end": [[0.6, 1.9, 0], [0, 2.5, 0]]}
+    assert found.positions_m.keys() == expected.keys()
+    for name, places in expected.items():
+        assert np.allclose(found.positions_m[name], places), name
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("HIERARCHY", "SKELETON", "a.bvh:1: starts with 'SKELETON', expected HIERARCHY"),
+        ("CHANNELS 3", "CHANNELS 2", "a.bvh:9: 'CHANNELS 2 Zrotation Xrotation Yrotation' is no line"),
+        ("OFFSET 60 0 0", "OFFSET 60 0", "a.bvh:12: 'OFFSET 60 0' is no line"),
+        ("OFFSET 60 0 0", "OFFSET 60 x 0", "a.bvh:12"),
+        ("Zrotation Xrotation Yrotation\n  JOINT", "Wrotation Xrotation Yrotation\n  JOINT", "a.bvh:5"),
+        ("MOTION\n", "", "is no line of a hierarchy here"),
+        ("Frames: 2", "Frames: 3", "has 2 frames, expected 3 as it says"),
+        ("Frame Time: 0.02", "Frame Time: 0", "Frame Time is 0.0, expected a positive"),
+        ("0 90 0 0 0 0 90 0 0", "0 90 0 0 0 0 90 0", "a.bvh:20: row has 8 numbers, expected 9"),
+        ("0 90 0 0 0 0 90 0 0", "0 90 0 0 0 0 nan 0 0", "row 2 has a gap"),
+        ("OFFSET 0 100 0", "OFFSET 0 17 0", "the skeleton is 17 units tall"),
+        ("JOINT LeftArm", "JOINT Hips", "two joints of one name"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_bvh_file_is_said(tmp_path: Path, old: str, new: str, expected: str) -> None:
+    assert old in BVH
+    (tmp_path / "a.bvh").write_text(BVH.replace(old, new), "utf-8")
+    with pytest.raises(pt.InputError, match=expected):
+        read_bvh(tmp_path / "a.bvh")
+
+
+def test_names_of_a_bvh_file_are_joints() -> None:
+    """Its LeftShoulder is the collar bone: an arm begins at LeftArm."""
+    names = ["Hips", "LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand"]
+    assert markers_of(names, "body") == {
+        "left_shoulder": "LeftArm",
+        "left_elbow": "LeftForeArm",
+        "left_wrist": "LeftHand",
+    }
+    acclaim = ["root", "lhumerus", "lradius", "lwrist", "lhand"]
+    assert markers_of(acclaim, "arm", "left") == {"shoulder": "lhumerus", "elbow": "lradius", "wrist": "lhand"}
