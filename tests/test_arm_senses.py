@@ -16,6 +16,7 @@ from pytracker._core import KEYPOINTS
 from pytracker.evidence import Landmarks
 from pytracker.methods import ArmMethod
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
+from pytracker.setup import check
 from pytracker.simulate import ArmSimulation
 from pytracker.tracking import doubts
 
@@ -221,3 +222,25 @@ def test_landmarks_of_another_length_are_refused() -> None:
     with pytest.raises(pt.InputError, match="pixels of the elbow have shape"):
         pt.Sightings.of(np.arange(3.0), np.zeros((3, 2)), (wrong,))
     assert "right_elbow" in KEYPOINTS
+
+
+def test_a_second_sensor_is_set_up_with_the_first(tmp_path: Path) -> None:
+    """Both files by a clock 17.3 s ahead, in an earth frame turned by 70°, in g: checked, written, tracked."""
+    scene = pt.ArmScene(worn=True, duration_s=15.0, pattern="gesture", period_s=2.0, senses=("upper_arm",))
+    folder = pt.simulate_arm(tmp_path / "arm", scene, 5)
+    turn = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.radians(70.0)]))
+    for name in ("imu.csv", "upper_arm.csv"):
+        header, rows = (folder / name).read_text("utf-8").split("\n", 1)
+        values = np.array([row.split(",") for row in rows.split()], dtype=float)
+        values[:, 0] += 17.3
+        values[:, 1:4] /= 9.80665
+        values[:, 7:11] = multiply(turn[None], values[:, 7:11])
+        np.savetxt(folder / name, values, fmt="%.7f", delimiter=",", header=header, comments="")
+    checkup = check(folder, write=True)
+    assert all(finding.verdict != "wrong" for finding in checkup.findings if "whole" in finding.what)
+    text = (folder / "recording.toml").read_text("utf-8")
+    assert text.count('acc_unit = "g"') == 2
+    assert text.count("offset_s = -17.") == 2
+    recording = load(folder)
+    score = pt.evaluate(pt.track(recording, pt.Smooth(), 1), recording.truth).joints["wrist"]
+    assert score.rms_m < 0.05

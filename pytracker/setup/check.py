@@ -23,7 +23,7 @@ from pytracker.recording.schema import SCHEMA, ArmFile, BodyFile
 from pytracker.rotation import Array, rotate, triple
 from pytracker.setup.check_body import check_body
 from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_video, follow
-from pytracker.setup.check_imu import check_imu
+from pytracker.setup.check_imu import check_imu, check_others
 from pytracker.setup.check_worn import check_clock, check_worn, given_axis
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding, Verdict
@@ -97,7 +97,7 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
 def _arm(draft: Draft) -> tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]:
     video = check_video(draft)
     imu_findings, log = check_imu(draft)
-    found = [video, *imu_findings, check_pose(draft)]
+    found = [video, *imu_findings, *check_others(draft, 1), check_pose(draft)]
     lacks = draft.lacks(*ARM)
     if lacks:
         found.append(Finding("arm", "missing", f"{', '.join(lacks)} not given: measure them with a tape"))
@@ -119,7 +119,7 @@ def _arm(draft: Draft) -> tuple[list[Finding], tuple[Array, Array, Array] | None
         best_s = lags[0].offset_s if lags else None
     else:
         worn_findings, worn = _worn(draft, log, sightings)
-        found += worn_findings
+        found += [*worn_findings, *_as_first(draft, worn_findings)]
         best_s = None if worn is None else worn.offset_s
     if best_s is None:
         return found, None, box
@@ -154,6 +154,23 @@ def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding
     return check_worn(recording, sightings, given, (has[0], has[1], has[2]))
 
 
+def _as_first(draft: Draft, findings: Sequence[Finding]) -> list[Finding]:
+    """Clock and earth of a second sensor are those of the first, unless it is given its own.
+
+    Its heading, where it is not given, is found from the arm at the first frame when the recording is loaded.
+    """
+    found = {place: value for finding in findings for place, value in finding.writes.items()}
+    lines = []
+    for what, key in (("clock", "offset_s"), ("heading", "heading_deg")):
+        now, first = draft.get(f"imu[1].{key}"), draft.get(f"imu.{key}") or 0.0
+        is_found = now is None and key == "heading_deg"
+        if draft.count("imu") < 2 or f"imu.{key}" not in found or is_found or now not in (None, first):
+            continue
+        writes = {f"imu[1].{key}": found[f"imu.{key}"]}
+        lines.append(Finding(f"imu[1]: {what}", "missing", "taken to be that of the first sensor", writes))
+    return lines
+
+
 def _laid_over(sightings: Sightings, imu_s: Array, acceleration: Array) -> tuple[Array, Array, Array] | None:
     """The way in the picture along which it goes farthest, and the IMU's movement that explains it best."""
     (a_s, seen), (b_s, moved) = (
@@ -174,7 +191,7 @@ def _laid_over(sightings: Sightings, imu_s: Array, acceleration: Array) -> tuple
 
 
 def _body(draft: Draft) -> list[Finding]:
-    return [check_video(draft), *check_body(draft)]
+    return [check_video(draft), *check_others(draft, 0), *check_body(draft)]
 
 
 def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:

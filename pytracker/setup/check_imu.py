@@ -17,7 +17,7 @@ from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 
-__all__ = ["check_imu"]
+__all__ = ["check_imu", "check_others"]
 
 WORDS = {
     "acc_unit": "unit of the acceleration",
@@ -28,19 +28,22 @@ WORDS = {
 }
 
 
-def check_imu(draft: Draft) -> tuple[list[Finding], ImuLog | None]:
-    """What was found, and the log in our terms with an orientation; None where it cannot be used."""
-    file = draft.file("imu.file")
+def check_imu(draft: Draft, imu: str = "imu") -> tuple[list[Finding], ImuLog | None]:
+    """What was found, and the log in our terms with an orientation; None where it cannot be used.
+
+    `imu` is the table: the first, or `imu[1]`.
+    """
+    file = draft.file(f"{imu}.file")
     if file is None:
         return [Finding("IMU", "missing", "there is no [[imu]] with a file: an arm is tracked by one")], None
-    log = _read(draft, file)
+    log = _read(draft, imu, file)
     if isinstance(log, Finding):
         return [log], None
     found = find_conventions(log)
-    given = _given(draft)
+    given = _given(draft, imu)
     findings = [_times(log)]
     findings += [
-        _convention(log, name, given, found.conventions, name in found.unknown, found.evidence.get(name, ""))
+        _convention(log, f"{imu}.{name}", given, found.conventions, name in found.unknown, found.evidence.get(name, ""))
         for name in WORDS
     ]
     best = dataclasses.replace(found.conventions, **{name: getattr(given, name) for name in found.unknown})
@@ -57,23 +60,33 @@ def check_imu(draft: Draft) -> tuple[list[Finding], ImuLog | None]:
     ], checked
 
 
-def _read(draft: Draft, file: Path) -> ImuLog | Finding:
-    form = draft.get("imu.format") or "auto"
+def check_others(draft: Draft, first: int) -> list[Finding]:
+    """The same of every sensor from number `first` on, each line by its table."""
+    tables = [f"imu[{number}]" for number in range(first, draft.count("imu"))]
+    return [
+        dataclasses.replace(finding, what=f"{table}: {finding.what}")
+        for table in tables
+        for finding in check_imu(draft, table)[0]
+    ]
+
+
+def _read(draft: Draft, imu: str, file: Path) -> ImuLog | Finding:
+    form = draft.get(f"{imu}.format") or "auto"
     try:
         return read_imu(
             file,
-            orientation_file=draft.file("imu.orientation_file"),
+            orientation_file=draft.file(f"{imu}.orientation_file"),
             form=form,
-            rate_hz=draft.get("imu.rate_hz"),
-            columns=draft.get("imu.columns"),
+            rate_hz=draft.get(f"{imu}.rate_hz"),
+            columns=draft.get(f"{imu}.columns"),
         )
     except (InputError, OSError) as error:
         return Finding("IMU", "wrong", str(error))
 
 
-def _given(draft: Draft) -> Conventions:
+def _given(draft: Draft, imu: str) -> Conventions:
     """As the file says; the usual where it says nothing."""
-    said = {name: value for name in WORDS if (value := draft.get(f"imu.{name}")) is not None}
+    said = {name: value for name in WORDS if (value := draft.get(f"{imu}.{name}")) is not None}
     return ImuEntry.model_validate({"file": "-", **said}).conventions
 
 
@@ -89,8 +102,9 @@ def _times(log: ImuLog) -> Finding:
 
 
 def _convention(
-    log: ImuLog, name: str, given: Conventions, found: Conventions, is_unknown: bool, evidence: str
+    log: ImuLog, place: str, given: Conventions, found: Conventions, is_unknown: bool, evidence: str
 ) -> Finding:
+    name = place.split(".")[1]
     what, now, best = WORDS[name], getattr(given, name), getattr(found, name)
     there = {"acc_unit": log.acc, "gyr_unit": log.gyr}.get(name, log.q_world_sensor) is not None
     if not there:
@@ -99,4 +113,4 @@ def _convention(
         return Finding(what, "cannot be told", f"taken as {now!r}: {evidence}")
     if now == best:
         return Finding(what, "right", f"{best!r}: {evidence}")
-    return Finding(what, "wrong", f"{best!r}, not {now!r}: {evidence}", {f"imu.{name}": best})
+    return Finding(what, "wrong", f"{best!r}, not {now!r}: {evidence}", {place: best})

@@ -15,7 +15,7 @@ from pytracker.output import write_whole
 __all__ = ["Draft"]
 
 LISTS = ("camera", "imu")
-"""Tables that may stand more than once; a draft is of the first."""
+"""Tables that may stand more than once: `imu` is the first, `imu[1]` the second."""
 
 
 class Draft:
@@ -77,8 +77,14 @@ class Draft:
         """Write it, whole."""
         write_whole(self.path, tomlkit.dumps(self._document))
 
-    def _table(self, name: str) -> Table | None:
+    def count(self, name: str) -> int:
+        """How many tables of that name there are."""
         found = self._document.get(name)
+        return len(found) if isinstance(found, AoT) else int(isinstance(found, Table))
+
+    def _table(self, name: str) -> Table | None:
+        name, _, number = name.rstrip("]").partition("[")
+        found, at = self._document.get(name), int(number or 0)
         if isinstance(found, AoT):
-            return found[0] if len(found) else None
-        return found if isinstance(found, Table) else None
+            return found[at] if at < len(found) else None
+        return found if isinstance(found, Table) and at == 0 else None
