@@ -260,3 +260,26 @@ def test_real_recordings_pass(shared: Callable[[str], Path]) -> None:
 def test_every_shared_export_still_passes(shared: Callable[[str], Path]) -> None:
     for path in sorted(shared("data/xsens").glob("MT_012005D6_009*.txt")):
         assert orient(check(read_imu(path))).warnings == ()
+
+
+def lively() -> Array:
+    """10 s of a wrist that shakes: time, acceleration, turn rate, orientation."""
+    imu = ArmSimulation(pt.ArmScene(duration_s=10.0, pattern="gesture", period_s=0.7), seed=4).imu
+    assert imu.gyr is not None
+    return np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_segment])
+
+
+@pytest.mark.parametrize(
+    ("columns", "end", "expected"),
+    [(ACC, 19.6133, "the acceleration along"), (GYR, 4.3633, "the turn rate along")],
+    ids=["2 g", "250 degrees a second"],
+)
+def test_a_range_that_is_too_small_is_said(tmp_path: Path, columns: slice, end: float, expected: str) -> None:
+    table = lively()
+    assert "stands at" not in told(tmp_path, table)
+    assert (np.abs(table[:, columns]) > end).sum() > 20
+    table[:, columns] = table[:, columns].clip(-end, end)
+    said = told(tmp_path, table)
+    assert expected in said
+    assert "stands at" in said
+    assert "what was beyond it is lost" in said

@@ -11,6 +11,7 @@ from pytracker.formats.imu_agreement import check_noise, check_turns, comes_in_b
 from pytracker.formats.imu_gravity import check_size, check_step, check_up
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.imu_outliers import without_outliers
+from pytracker.formats.imu_saturation import saturates
 
 __all__ = ["check"]
 
@@ -37,7 +38,18 @@ def check(log: ImuLog) -> ImuLog:
         raise InputError(f"{log.path}:{log.lines[k]}: time_s is {log.time_s[k]}, expected a finite number")
     times = _check_times(log)
     log = without_outliers(log)
-    warnings = [*log.warnings, *times, *check_size(log), *repeats(log), *check_noise(log)]
+    standing = saturates(log)
+    try:
+        itself = _check_itself(dataclasses.replace(log, warnings=()))
+    except InputError as error:
+        # A range that is too small may be all that is wrong with it.
+        raise (InputError(f"{standing[0]}; {error}") if standing else error) from None
+    return dataclasses.replace(itself, warnings=(*log.warnings, *times, *standing, *itself.warnings))
+
+
+def _check_itself(log: ImuLog) -> ImuLog:
+    """Whether it agrees with itself: gravity, orientation and turns."""
+    warnings = [*check_size(log), *repeats(log), *check_noise(log)]
     if log.q_world_sensor is None:
         return dataclasses.replace(log, warnings=tuple(warnings))
     norm = np.linalg.norm(log.q_world_sensor, axis=1)
