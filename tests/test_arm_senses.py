@@ -194,6 +194,52 @@ def test_keypoints_say_where_shoulder_and_elbow_are(folder: Path, tmp_path: Path
     assert pt.evaluate(track, recording.truth).joints["wrist"].rms_m < 0.08
 
 
+def without_patch(text: str) -> str:
+    return re.sub(r"patch_box = .*\n", "", with_keypoints(text))
+
+
+def test_without_a_patch_the_wrist_is_among_the_keypoints(folder: Path, tmp_path: Path) -> None:
+    there = changed(folder, tmp_path / "no patch", without_patch)
+    (there / "points.csv").write_text(keypoint_table(load(folder), "right"), "utf-8")
+    recording = load(there)
+    assert 3.0 < recording.spreads["pixel_sd"] < 6.0  # 12 mm
+    track = pt.track(recording, pt.Smooth(), 1)
+    assert track.valid.mean() > 0.95
+    score = pt.evaluate(track, recording.truth).joints["wrist"]
+    assert score.rms_m < 0.08
+    assert min(score.coverage) > 0.8
+    page = (pt.write_report([track], tmp_path / "page") / "index.html").read_text("utf-8")
+    assert "The wrist (a detector&#39;s keypoint) was seen in 100.0 %" in page
+    verdicts = {finding.what: finding.verdict for finding in check(there).findings}
+    assert verdicts["patch"] == verdicts["patch, followed"] == "right"
+    assert "clock" in verdicts or "clock and heading" in verdicts
+
+
+@pytest.mark.parametrize(
+    ("change", "points", "expected"),
+    [
+        (lambda text: re.sub(r"patch_box = .*\n", "", text), None, r"camera\[0\].patch_box is missing"),
+        (
+            without_patch,
+            lambda table: re.sub(r"right_wrist", "right_hip", table),
+            "has no right wrist in the first 5 frames",
+        ),
+    ],
+)
+def test_neither_patch_nor_wrist(
+    folder: Path,
+    tmp_path: Path,
+    change: Callable[[str], str],
+    points: Callable[[str], str] | None,
+    expected: str,
+) -> None:
+    there = changed(folder, tmp_path / "neither", change)
+    if points is not None:
+        (there / "points.csv").write_text(points(keypoint_table(load(folder), "right")), "utf-8")
+    with pytest.raises(pt.InputError, match=expected):
+        pt.load(there)
+
+
 def test_the_other_arms_keypoints_are_refused(folder: Path, tmp_path: Path) -> None:
     there = changed(folder, tmp_path / "mirrored", with_keypoints)
     (there / "points.csv").write_text(keypoint_table(load(folder), "left"), "utf-8")

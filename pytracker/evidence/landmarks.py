@@ -9,11 +9,13 @@ import numpy as np
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
 from pytracker.evidence.keypoints import with_spreads
+from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import Frame
+from pytracker.recording.keypoints import tallest
 from pytracker.recording.recording import ArmRecording, View
 from pytracker.rotation import Array
 
-__all__ = ["Seen", "joints_seen"]
+__all__ = ["Seen", "joints_seen", "wrist_seen"]
 
 PATCH_SD_PX = 4.0
 """Of a patch's centre, as of the one on the wrist."""
@@ -43,24 +45,47 @@ def joints_seen(
     return found
 
 
+def wrist_seen(keypoints: Keypoints, side: str, film: Iterator[Frame]) -> PatchTrack:
+    """A detector's wrist in place of a patch, frame by frame of the video."""
+    time_s = np.array([frame.time_s for frame in film])
+    people = _people(keypoints, len(time_s))
+    pixel = _followed(people, side, np.full((len(time_s), 2), np.nan))[:, KEYPOINTS.index(f"{side}_wrist"), :2]
+    valid = np.isfinite(pixel).all(axis=1).reshape(-1)
+    reason = tuple("" if seen else "the wrist is not among the keypoints" for seen in valid)
+    none = np.full(len(time_s), np.nan)
+    return PatchTrack(time_s, pixel, valid, reason, none, np.zeros((len(time_s), 4), dtype=np.int64))
+
+
 def _of_keypoints(view: View, camera: int, side: str, patch: PatchTrack) -> dict[str, Seen]:
     assert view.keypoints is not None
-    people = np.full((len(patch.pixel), *view.keypoints.points.shape[1:]), np.nan)
-    within = view.keypoints.frames < len(people)
-    people[view.keypoints.frames[within]] = with_spreads(view.keypoints)[within]
+    people = _people(view.keypoints, len(patch.pixel))
     _check_side(camera, side, people, patch)
+    chosen = _followed(people, side, patch.pixel)
+    columns = {joint: chosen[:, KEYPOINTS.index(f"{side}_{joint}")] for joint in ("shoulder", "elbow")}
+    return {joint: (points[:, :2], points[:, 2]) for joint, points in columns.items()}
+
+
+def _people(keypoints: Keypoints, frames: int) -> Array:
+    """Everybody in every frame of the video `(T, P, 9, 3)`: u, v and standard deviation, px; NaN where not seen."""
+    people = np.full((frames, *keypoints.points.shape[1:]), np.nan)
+    within = keypoints.frames < frames
+    people[keypoints.frames[within]] = with_spreads(keypoints)[within]
+    return people
+
+
+def _followed(people: Array, side: str, patch: Array) -> Array:
+    """The person who wears the patch, or is nearest to where that one was, or the tallest `(T, 9, 3)`."""
     wrist, shoulder = (KEYPOINTS.index(f"{side}_{joint}") for joint in ("wrist", "shoulder"))
     chosen = np.full((len(people), *people.shape[2:]), np.nan)
     last = np.full(2, np.nan)
-    for k, (those, seen) in enumerate(zip(people, patch.pixel, strict=True)):
-        # By the patch; where it is not seen, by where the shoulder was.
+    for k, (those, seen) in enumerate(zip(people, patch, strict=True)):
         off = np.linalg.norm(those[:, wrist, :2] - seen, axis=1)
         off = np.where(np.isfinite(off), off, np.linalg.norm(those[:, shoulder, :2] - last, axis=1))
-        if np.isfinite(off).any():
-            chosen[k] = those[int(np.nanargmin(off))]
+        who = int(np.nanargmin(off)) if np.isfinite(off).any() else None if np.isfinite(last).all() else tallest(those)
+        if who is not None:
+            chosen[k] = those[who]
             last = np.where(np.isfinite(chosen[k, shoulder, :2]), chosen[k, shoulder, :2], last)
-    columns = {joint: chosen[:, KEYPOINTS.index(f"{side}_{joint}")] for joint in ("shoulder", "elbow")}
-    return {joint: (points[:, :2], points[:, 2]) for joint, points in columns.items()}
+    return chosen
 
 
 def _check_side(camera: int, side: str, people: Array, patch: PatchTrack) -> None:

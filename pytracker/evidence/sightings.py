@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
-from pytracker.evidence.landmarks import Seen, joints_seen
+from pytracker.evidence.landmarks import Seen, joints_seen, wrist_seen
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
@@ -101,11 +101,16 @@ def sight(
     """Follow the patch through every video of `recording`. Raises `InputError`."""
     tracks, times, joints = [], [], []
     for number, view in enumerate(recording.views):
-        if view.video is None or view.patch_box is None:
-            raise InputError(f"camera {number} has no video or patch_box, expected both, or sightings from elsewhere")
+        if view.video is None:
+            raise InputError(f"camera {number} has no video, expected one, or sightings from elsewhere")
         where = "" if len(recording.views) == 1 else f", camera {number}"
         film = partial(_film, view.video, where, progress)
-        track = track_patch(film("patch"), view.patch_box, parameters)
+        if view.patch_box is not None:
+            track = track_patch(film("patch"), view.patch_box, parameters)
+        elif view.keypoints is not None:
+            track = wrist_seen(view.keypoints, recording.arm.side, film("wrist"))
+        else:
+            raise InputError(f"camera {number} has neither patch_box nor keypoints, expected one, or sightings")
         tracks.append(track)
         times.append(track.time_s + view.start_s)
         joints.append(joints_seen(recording, number, track, parameters, film))

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pytracker._core import InputError
+from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
+from pytracker.rotation import Array
 
-__all__ = ["files_of", "in_pixels", "load_keypoints", "uncovered"]
+__all__ = ["files_of", "first_seen", "in_pixels", "load_keypoints", "tallest", "uncovered"]
 
 OUTSIDE = 0.25
 """More points outside the picture, and they are of another."""
@@ -50,6 +51,25 @@ def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, .
         f"{path}: the keypoints are of frames {first} to {last}, and the video has {info.frame_count}; the others are "
         "tracked without: another clip's, or cut short?",
     )
+
+
+def tallest(people: Array) -> int | None:
+    """Which of some people `(P, 9, 3)` is the tallest in the picture; None where nobody is there."""
+    v = people[..., 1]
+    there = np.isfinite(v).sum(axis=1) > 1
+    if not there.any():
+        return None
+    spans = [float(np.nanmax(row) - np.nanmin(row)) if seen else -1.0 for row, seen in zip(v, there, strict=True)]
+    return int(np.argmax(spans))
+
+
+def first_seen(keypoints: Keypoints, joint: str, frames: int) -> Array | None:
+    """Where a joint of the tallest person is first seen `(2,)`, px, in so many frames; None where it is not."""
+    for people in keypoints.points[keypoints.frames < frames]:
+        who = tallest(people)
+        if who is not None and np.isfinite(pixel := people[who, KEYPOINTS.index(joint), :2]).all():
+            return np.asarray(pixel)
+    return None
 
 
 def files_of(path: Path) -> list[Path]:

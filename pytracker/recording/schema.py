@@ -57,7 +57,7 @@ class CameraEntry(Entry):
     rotation_sd_deg: Annotated[float, Field(strict=True, ge=0, le=45)] | None = None
     translation_m: Triple
     distance_sd_m: Spread | None = None
-    patch_box: Box
+    patch_box: Box | None = None
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
     patch_offset_sd_m: Spread | None = None
     patches: dict[Literal["shoulder", "elbow"], Box] = Field(default_factory=dict)

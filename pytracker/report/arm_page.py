@@ -35,10 +35,12 @@ def render_arm_page(tracks: Sequence[ArmTrack], contents: Contents, *, has_overl
 def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
     """What a clinician reads: one paragraph, in words and centimetres."""
     seen = 100 * track.sightings.valid.mean()
+    by_keypoints = all(view.patch_box is None and view.keypoints is not None for view in track.recording.views)
+    what = "wrist (a detector's keypoint)" if by_keypoints else "patch"
     half = 100 * np.nanmean((track.joints["wrist"].hi - track.joints["wrist"].lo) / 2, axis=0)
     words = (
         f"The wrist was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera frames) by "
-        f"“{label}”. The patch was seen in {seen:.1f} % of the frames. {_senses(track)}The tracker states "
+        f"“{label}”. The {what} was seen in {seen:.1f} % of the frames. {_senses(track)}The tracker states "
         f"its own uncertainty as a 95 % band of on average ±{half[0]:.1f} cm across (x), ±{half[1]:.1f} cm in y and "
         f"±{half[2]:.1f} cm in height (z)."
     )

@@ -106,7 +106,7 @@ def _arm(draft: Draft) -> tuple[list[Finding], tuple[Array, Array, Array] | None
     imu_s, acceleration = (None, None) if log is None else (log.time_s, _acceleration(log))
     patch, box = check_patch(draft, imu_s, acceleration)
     found.append(patch)
-    if box is None:
+    if box is None and patch.verdict != "right":
         return found, None, None
     followed, sightings = follow(draft, box)
     found.append(followed)

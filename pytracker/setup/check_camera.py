@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.evidence.camshift import track_patch
 from pytracker.evidence.coloured import Candidate, find_candidates
+from pytracker.evidence.landmarks import wrist_seen
 from pytracker.evidence.sightings import Sightings
+from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import frames, probe
 from pytracker.recording.camera import Camera
+from pytracker.recording.keypoints import load_keypoints
 from pytracker.rotation import Array
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
@@ -74,6 +79,8 @@ def check_patch(
     file = draft.file("camera.video")
     assert file is not None
     box = draft.get("camera.patch_box")
+    if box is None and draft.get("camera.keypoints") is not None:
+        return Finding("patch", "right", "none is needed: the wrist is among the keypoints"), None
     if box is not None:
         return Finding("patch", "right", f"patch_box is {box}; how well it is followed is said below"), tuple(box)
     candidates = find_candidates(file)
@@ -101,14 +108,23 @@ def check_patch(
     return Finding("patch", "doubtful" if close else "missing", words, {"camera.patch_box": list(best.box)}), best.box
 
 
-def follow(draft: Draft, box: tuple[int, ...]) -> tuple[Finding, Sightings | None]:
-    """The patch, followed through the whole video."""
+def _keypoints(draft: Draft, video: Path) -> Keypoints:
+    file = draft.file("camera.keypoints")
+    assert file is not None
+    return load_keypoints(file, str(draft.get("camera.keypoint_model") or "auto"), video, probe(video))
+
+
+def follow(draft: Draft, box: tuple[int, ...] | None) -> tuple[Finding, Sightings | None]:
+    """The patch, followed through the whole video; or the wrist by its keypoints, where there is no box."""
     file = draft.file("camera.video")
     assert file is not None
     try:
-        x, y, w, h = box
-        track = track_patch(frames(file), (x, y, w, h))
-    except (InputError, ValueError) as error:
+        if box is None:
+            track = wrist_seen(_keypoints(draft, file), str(draft.get("arm.side") or "right"), frames(file))
+        else:
+            x, y, w, h = box
+            track = track_patch(frames(file), (x, y, w, h))
+    except (InputError, OSError, ValueError) as error:
         return Finding("patch, followed", "wrong", str(error)), None
     sightings = Sightings.of(track.time_s + float(draft.get("camera.start_s") or 0.0), track.pixel)
     seen = float(sightings.valid.mean())

@@ -1,0 +1,105 @@
+"""Measured joints of an arm: read, without markers that stray, and checked against the arm's lengths."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.recording.recording import Truth
+from pytracker.recording.schema import ArmEntry, TruthEntry
+from pytracker.recording.truth import load_points
+from pytracker.rotation import Array
+
+__all__ = ["load_truth"]
+
+JOINTS = ("shoulder", "elbow", "wrist")
+STRAY = 4.0
+"""Times the arm's reach: no marker of it goes so far from where it usually is."""
+MOST_STRAYS = 0.05
+"""More such rows are no strays: the lengths then tell what is wrong."""
+SHOULDER_M = 0.07
+ELBOW_SWINGS_M = 0.06
+"""A shoulder that is taken to be still moves by a few centimetres."""
+
+
+def load_truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tuple[Truth, list[str]]:
+    """The file of `entry`, with at least the wrist; and what is odd about it. Raises `InputError`."""
+    file = folder / entry.file
+    truth, gaps = load_points(path, file, entry, JOINTS, kind="arm")
+    if "wrist" not in truth.joints_m:
+        raise InputError(
+            f"{path}: truth.markers names {', '.join(truth.joints_m) or 'nothing'}, expected at least wrist"
+        )
+    joints = dict(truth.joints_m)
+    strayed = _without_strays(file, joints, arm)
+    truth = dataclasses.replace(truth, joints_m=joints)
+    return truth, [*strayed, *_check_truth(file, truth, arm), *gaps]
+
+
+def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list[str]:
+    """Rows where a marker is far from where it usually is are gaps, not truth.
+
+    Returns a word on each joint that has some.
+    """
+    warnings = []
+    reach = arm.upper_arm_m + arm.forearm_m
+    for joint, points in joints.items():
+        usual = np.nanmedian(points, axis=0) if np.isfinite(points).any() else np.zeros(3)
+        with np.errstate(invalid="ignore"):
+            stray = np.linalg.norm(points - usual, axis=1) > STRAY * reach
+        if not stray.any() or stray.mean() > MOST_STRAYS:
+            continue
+        first = int(np.argmax(stray))
+        warnings.append(
+            f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, "
+            "expected within "
+            f"{STRAY * reach:.1f} m of its usual place; {int(stray.sum())} of {len(points)} rows are such and "
+            "are left out"
+        )
+        joints[joint] = np.where(stray[:, None], np.nan, points)
+    return warnings
+
+
+def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> list[str]:
+    """Markers that were mixed up, or are in other units, do not have the arm's lengths.
+
+    Returns a warning where the shoulder is not where it is said to be.
+    """
+    shoulder = np.broadcast_to(np.array(arm.shoulder_m), (len(truth.time_s), 3))
+    joints = {"shoulder": shoulder, **truth.joints_m}
+    reach = arm.upper_arm_m + arm.forearm_m
+    for a, b, low, high in (
+        ("shoulder", "elbow", 0.6 * arm.upper_arm_m, 1.5 * arm.upper_arm_m),
+        ("elbow", "wrist", 0.6 * arm.forearm_m, 1.5 * arm.forearm_m),
+        ("shoulder", "wrist", 0.1 * reach, 1.2 * reach),
+    ):
+        if a not in joints or b not in joints:
+            continue
+        distance = np.linalg.norm(joints[a] - joints[b], axis=1)
+        if not np.isfinite(distance).any():
+            raise InputError(f"{file}: {a} and {b} are never seen together, expected some frames of truth")
+        middle = float(np.nanmedian(distance))
+        if not low <= middle <= high:
+            raise InputError(
+                f"{file}: {a} and {b} are {middle:.3f} m apart, expected {low:.2f} to {high:.2f} m by the arm's "
+                "lengths: check the markers' names and units, and the world frame"
+            )
+    if "shoulder" in truth.joints_m:
+        middle_m = np.nanmedian(truth.joints_m["shoulder"], axis=0)
+        off = float(np.linalg.norm(middle_m - np.array(arm.shoulder_m)))
+        if off > SHOULDER_M:
+            return [
+                f"{file}: the shoulder is at {np.round(middle_m, 3).tolist()} m (median), {off:.2f} m from shoulder_m "
+                f"{list(arm.shoulder_m)}, expected at most {SHOULDER_M} m"
+            ]
+    elif "elbow" in truth.joints_m:
+        swings = float(np.nanstd(np.linalg.norm(truth.joints_m["elbow"] - np.array(arm.shoulder_m), axis=1)))
+        if swings > ELBOW_SWINGS_M:
+            return [
+                f"{file}: the elbow's distance from shoulder_m varies by {swings:.2f} m (sd), expected less than "
+                f"{ELBOW_SWINGS_M} m: is the shoulder elsewhere?"
+            ]
+    return []
