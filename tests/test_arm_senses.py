@@ -89,10 +89,12 @@ def test_from_pixels_to_a_page(folder: Path, tmp_path: Path) -> None:
     score = pt.evaluate(track, recording.truth).joints["wrist"]
     assert score.rms_m < 0.045
     page = (pt.write_report([track], tmp_path / "page") / "index.html").read_text("utf-8")
-    assert "the elbow in 100 % of the frames and a sensor on the upper arm, which were used." in page
+    assert (
+        "which was used: the shoulder (seen in 100 %), the elbow (seen in 100 %) and a sensor on the upper arm." in page
+    )
     paper = pt.track(recording, pt.Layered(), 1, sightings=track.sightings)
     page = (pt.write_report([paper], tmp_path / "paper") / "index.html").read_text("utf-8")
-    assert "which were not used by this method" in page
+    assert "which was not used by this method: the shoulder" in page
 
 
 def test_online_it_is_the_same_to_the_bit(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""An arm's overlay: the first camera's video with the patch, the tracked arm and its 95 % ellipse drawn over it."""
+"""An arm's overlay: the first camera's video, what was seen in it, the tracked arm and its 95 % ellipse."""
 
 from __future__ import annotations
 
@@ -48,9 +48,11 @@ def draw_arm(frame: Image, track: ArmTrack, row: int) -> Image:
             cv2.polylines(image, [corners], False, ARM, 2, cv2.LINE_AA)
             for corner in corners:
                 cv2.circle(image, corner.tolist(), 4, ARM, -1, cv2.LINE_AA)
-    seen = track.sightings.pixels[row, 0] * scale
-    if np.isfinite(seen).all():
-        cv2.drawMarker(image, np.rint(seen).astype(int).tolist(), PATCH, cv2.MARKER_CROSS, 12, 2, cv2.LINE_AA)
+    others = [of.pixels[row] for of in track.sightings.landmarks if of.camera == 0]
+    for seen in (track.sightings.pixels[row, 0], *others):
+        if np.isfinite(seen).all():
+            at = np.rint(seen * scale).astype(int).tolist()
+            cv2.drawMarker(image, at, PATCH, cv2.MARKER_CROSS, 12, 2, cv2.LINE_AA)
     caption(image, f"{track.time_s[row]:6.2f} s  {track.reason[row]}")
     return image
 

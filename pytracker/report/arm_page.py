@@ -60,15 +60,16 @@ def _senses(track: ArmTrack) -> str:
     landmarks = track.sightings.landmarks
     seen = {joint: [of.pixels for of in landmarks if of.joint == joint] for joint in recording.landmarks}
     there = [
-        f"the {joint} in {100 * np.mean([np.isfinite(pixels).all(axis=1).mean() for pixels in of]):.0f} % of the frames"
+        f"the {joint} (seen in {100 * np.mean([np.isfinite(of_camera).all(axis=1).mean() for of_camera in of]):.0f} %)"
         for joint, of in seen.items()
         if of
     ]
     there += ["a sensor on the upper arm"] if recording.has_upper_arm else []
     if not there:
         return ""
-    used = "were used" if isinstance(track.method, Mixture) else "were not used by this method"
-    return f"Besides there were {', '.join(there[:-1])}{' and ' if there[:-1] else ''}{there[-1]}, which {used}. "
+    used = "used" if isinstance(track.method, Mixture) else "not used by this method"
+    each = f"{', '.join(there[:-1])}{' and ' if there[:-1] else ''}{there[-1]}"
+    return f"Besides, there was more to go by, which was {used}: {each}. "
 
 
 def _figures(tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Scores | None) -> list[PageFigure]:
