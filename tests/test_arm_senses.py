@@ -156,6 +156,20 @@ def test_what_cannot_be_is_refused(
         pt.load(changed(folder, tmp_path / "other", other))
 
 
+def test_a_shoulder_that_is_seen_elsewhere_is_refused(folder: Path, tmp_path: Path) -> None:
+    """The box lies on the elbow's patch."""
+
+    def other(text: str) -> str:
+        (elbow,) = re.findall(r"elbow = (\[[^]]*\])", text)
+        return re.sub(r"shoulder = \[[^]]*\]", f"shoulder = {elbow}", text)
+
+    recording = load(changed(folder, tmp_path / "elsewhere", other))
+    with pytest.raises(
+        pt.InputError, match=r"camera\[0\]: what is seen of the shoulder is \d+ px from where shoulder_m is"
+    ):
+        pt.track(recording, pt.Mixture(), 1)
+
+
 def keypoint_table(recording: pt.ArmRecording, side: str) -> str:
     """A detector's table of this arm, two pixels off, the wrong one's points 150 px beside."""
     assert recording.truth is not None

@@ -22,6 +22,9 @@ PATCH_SD_PX = 4.0
 NEARER = 3.0
 """A patch that lies so many times nearer to the other wrist is worn there."""
 
+MOST_BESIDE_M = 0.20
+"""A shoulder moves, and what is seen lies on its skin; not so far."""
+
 Seen = tuple[Array, Array]
 """Pixels `(T, 2)`, NaN where not seen, and their standard deviations `(T,)`, px; a row a frame of the video."""
 
@@ -35,14 +38,30 @@ def joints_seen(
 ) -> dict[str, Seen]:
     """What `camera`, which saw the wrist's `patch`, saw of other joints, by name; `film` starts its video, for a stage.
 
-    Raises `InputError` where keypoints show that the patch is worn on the other arm.
+    Raises `InputError` where keypoints show that the patch is worn on the other arm, or the shoulder is elsewhere.
     """
     view, side = recording.views[camera], recording.arm.side
     found = {} if view.keypoints is None else _of_keypoints(view, camera, side, patch)
     for joint, box in view.patches.items():
         track = track_patch(film(f"patch on the {joint}"), box, parameters)
         found[joint] = track.pixel, np.full(len(track.pixel), PATCH_SD_PX)
+    if "shoulder" in found:
+        _check_shoulder(recording, camera, found["shoulder"][0])
     return found
+
+
+def _check_shoulder(recording: ArmRecording, camera: int, pixels: Array) -> None:
+    """What is seen of it must lie where the recording has it, but for skin and movement."""
+    view, shoulder = recording.views[camera].camera, np.array(recording.arm.shoulder_m)
+    beside = shoulder + MOST_BESIDE_M * np.array(view.rotation)[0]
+    expected, most = view.project(np.stack([shoulder, beside]))
+    off_px = np.linalg.norm(pixels - expected, axis=1)
+    if np.isfinite(off_px).any() and (off := float(np.nanmedian(off_px))) > (most_px := float(most[0] - expected[0])):
+        raise InputError(
+            f"camera[{camera}]: what is seen of the shoulder is {off:.0f} px from where shoulder_m is (median), "
+            f"expected at most {most_px:.0f} px ({100 * MOST_BESIDE_M:.0f} cm): check patches.shoulder or keypoints, "
+            "arm.shoulder_m and the camera's rotation and translation_m"
+        )
 
 
 def wrist_seen(keypoints: Keypoints, side: str, film: Iterator[Frame]) -> PatchTrack:
