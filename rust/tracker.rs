@@ -194,7 +194,10 @@ impl Tracker {
         let time_s = observation.time_s;
         let taken = match (&mut self.subject, &observation.what) {
             (Subject::Arm(arm), What::Inertial(sample)) => arm.take(sample).map(|()| None),
-            (Subject::Arm(arm), What::Landmark(landmark)) => arm.take_landmark(time_s, *landmark).map(|()| None),
+            (Subject::Arm(arm), What::Landmark(landmark)) => match self.last_frame_s.filter(|last| time_s <= *last) {
+                Some(latest_s) => Err(Error::Late { what: "landmark", time_s, latest_s }),
+                None => arm.take_landmark(time_s, *landmark).map(|()| None),
+            },
             (Subject::Arm(arm), What::Orientation(orientation)) => match orientation.to_shoulder() {
                 Some(to_shoulder) => {
                     arm.take_direction(Direction { time_s, to_shoulder, sd: orientation.sd }).map(|()| None)

@@ -286,6 +286,56 @@ def test_landmarks_of_another_length_are_refused() -> None:
     assert "right_elbow" in KEYPOINTS
 
 
+def test_landmarks_that_the_recording_does_not_have_are_refused() -> None:
+    recording, seen = simulated(1, ("elbow",), duration_s=2.0)
+    undeclared = dataclasses.replace(recording, landmarks=())
+    with pytest.raises(
+        pt.InputError, match="sightings hold the elbow of camera 0, expected of the recording's landmarks"
+    ):
+        pt.track(undeclared, pt.Mixture(), 1, sightings=seen)
+
+
+def test_what_is_no_elbow_is_refused(folder: Path, tmp_path: Path) -> None:
+    """The box lies on the wrist's patch."""
+
+    def other(text: str) -> str:
+        (wrist,) = re.findall(r"patch_box = (.*)", text)
+        return re.sub(r"elbow = \[[^]]*\]", f"elbow = {wrist}", text)
+
+    with pytest.raises(pt.InputError, match=r"what is seen of the elbow is \d cm from the wrist"):
+        pt.track(load(changed(folder, tmp_path / "elbow", other)), pt.Mixture(), 1)
+
+
+def test_a_landmark_is_live_only_with_its_frame() -> None:
+    """One of the past is refused, one of the future waits, and the same one twice is one."""
+    recording, seen = simulated(1, ("shoulder",), duration_s=2.0)
+    observations = list(recording.observations(seen))
+
+    def wrist(made: list[pt.Observation]) -> np.ndarray:
+        return np.array([e.places["wrist"].mean for o in made if (e := pt_tracker.observe(o)) is not None])
+
+    pt_tracker = pt.Tracker(recording, pt.Mixture(), 1)
+    once = wrist(observations)
+    pt_tracker = pt.Tracker(recording, pt.Mixture(), 1)
+    twice = wrist([o for o in observations for _ in range(2 if o.what == "landmark" else 1)])
+    assert np.array_equal(once, twice)
+    with pytest.raises(pt.InputError, match="landmark"):
+        pt_tracker.observe(pt.Observation.landmark(0.5, "shoulder", (300.0, 100.0), 4.0))
+
+
+def test_a_sensor_that_ends_early_does_not_move_the_clock() -> None:
+    recording, seen = simulated(2, ("upper_arm",), duration_s=6.0)
+    fore, upper = recording.imus
+    assert upper.gyr is not None
+    until = upper.time_s < 4.0
+    parts = {name: getattr(upper, name)[until] for name in ("time_s", "acc", "q_world_segment", "gyr")}
+    early = dataclasses.replace(recording, imus=(fore, dataclasses.replace(upper, **parts)))
+    whole, ended = (pt.track(of, pt.Smooth(), 1, sightings=seen) for of in (recording, early))
+    delays = [np.nanmean(track.state_mean[:, -1]) for track in (whole, ended)]
+    assert abs(delays[0] - delays[1]) < 0.04
+    assert not any("upper arm's sensor points" in words for words in doubts(ended))
+
+
 def test_a_second_sensor_is_set_up_with_the_first(tmp_path: Path) -> None:
     """Both files by a clock 17.3 s ahead, in an earth frame turned by 70°, in g: checked, written, tracked."""
     scene = pt.ArmScene(worn=True, duration_s=15.0, pattern="gesture", period_s=2.0, senses=("upper_arm",))

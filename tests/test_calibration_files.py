@@ -126,6 +126,8 @@ def test_files_of_opencv(tmp_path: Path, suffix: str) -> None:
         ({"essential": K}, "holds essential, expected camera_matrix"),
         ({"camera_matrix": K[:2]}, "matrix is"),
         ({"camera_matrix": K, "dist": np.array([[0.1, 0, 0, 0, 0, 0.3, 0, 0]])}, "8 distortions"),
+        ({"camera_matrix": K, "K": K}, "has camera_matrix and K, expected one of them"),
+        ({"M1": K, "D1": np.zeros((1, 5)), "M2": K, "D2": np.zeros((1, 5))}, "has M2, of a second camera"),
         ({"camera_matrix": K, "R": np.eye(3), "T": np.array([[100.0, 0, 2500]])}, "2502 long, expected metres"),
     ],
 )
@@ -145,3 +147,24 @@ def test_a_ros_file_and_one_that_was_cut(tmp_path: Path) -> None:
     (tmp_path / "cut.yaml").write_text(text.replace(", 0, 0, 1]", "]"), "utf-8")
     with pytest.raises(pt.InputError, match=r"camera_matrix is .*, expected 3 x 3 numbers"):
         read_calibration(tmp_path / "cut.yaml")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("plumb_bob", "equidistant", "distortion_model is 'equidistant', expected one of: plumb_bob"),
+        ("distortion_model: plumb_bob", "fisheye_model: 1", "the camera is a fisheye"),
+        ("  rows: 1\n  cols: 5\n  data: [0.1, 0, 0, 0, 0]", " [0.1, 0, 0, 0, 0]", "distortion_coefficients cannot be"),
+        ("  rows: 1\n  cols: 5\n", "  cols: 5\n  rows: 1\n", "distortion_coefficients cannot be"),
+        ("distortion_coefficients:", "camera_matrix:", "has camera_matrix more than once"),
+    ],
+)  # fmt: skip
+def test_a_lens_is_not_passed_over(tmp_path: Path, old: str, new: str, expected: str) -> None:
+    text = (
+        "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [700., 0, 320, 0, 710, 240, 0, 0, 1]\n"
+        "distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [0.1, 0, 0, 0, 0]\n"
+    )
+    assert old in text
+    (tmp_path / "camera.yaml").write_text(text.replace(old, new), "utf-8")
+    with pytest.raises(pt.InputError, match=expected):
+        read_calibration(tmp_path / "camera.yaml")

@@ -49,7 +49,14 @@ def test_a_mat_file_is_what_a_csv_would_be(tmp_path: Path) -> None:
     [
         ({"gyr": np.zeros((5, 3)), "fs": 100.0}, r"has gyr \(5, 3\), fs \(1, 1\), expected imu_acc or acc"),
         ({"acc": np.zeros((5, 3))}, "expected sampling_rate in Hz, or time_s"),
-        ({"acc": np.zeros((5, 3)), "fs": 0.0}, "expected sampling_rate in Hz"),
+        ({"acc": np.zeros((5, 3)), "fs": 0.0}, "its rate is 0 Hz, expected 1 to 100000 Hz"),
+        ({"acc": np.zeros((5, 3)), "time": np.array([0, 0.1, 0.05, 0.2, 0.3])}, "its times do not increase all along"),
+        ({"acc": np.zeros((5, 3)), "time": np.arange(4.0)}, "has 4 times for 5 rows"),
+        ({"acc": np.zeros((5, 3)), "time": np.arange(5.0), "fs": 50.0}, "says 50 Hz and has times at 1 Hz"),
+        (
+            {"acc": np.zeros((5, 3)), "gyr": np.zeros((5, 3), complex), "fs": 50.0},
+            "gyr is no plain array of real numbers",
+        ),
         ({"acc": np.zeros((3, 5)), "fs": 100.0}, r"acc has shape \(3, 5\), expected \(3, 3\)"),
         ({"acc": np.zeros((5, 3)), "gyr": np.zeros((4, 3)), "fs": 100.0}, r"gyr has shape \(4, 3\), expected \(5, 3\)"),
     ],
@@ -119,10 +126,10 @@ def test_a_bvh_file_is_where_its_joints_are(tmp_path: Path) -> None:
         ("Zrotation Xrotation Yrotation\n  JOINT", "Wrotation Xrotation Yrotation\n  JOINT", "a.bvh:5"),
         ("MOTION\n", "", "is no line of a hierarchy here"),
         ("Frames: 2", "Frames: 3", "has 2 frames, expected 3 as it says"),
-        ("Frame Time: 0.02", "Frame Time: 0", "Frame Time is 0.0, expected a positive"),
+        ("Frame Time: 0.02", "Frame Time: 0", "Frame Time is 0.0, expected 0.0001 to 1 s"),
         ("0 90 0 0 0 0 90 0 0", "0 90 0 0 0 0 90 0", "a.bvh:20: row has 8 numbers, expected 9"),
-        ("0 90 0 0 0 0 90 0 0", "0 90 0 0 0 0 nan 0 0", "row 2 has a gap"),
-        ("OFFSET 0 100 0", "OFFSET 0 17 0", "the skeleton is 17 units tall"),
+        ("0 90 0 0 0 0 90 0 0", "0 90 0 0 0 0 nan 0 0", "row 2 of the motion has nan"),
+        ("OFFSET 60 0 0", "OFFSET 2500 0 0", "the skeleton is 2500 units large"),
         ("JOINT LeftArm", "JOINT Hips", "two joints of one name"),
     ],
 )  # fmt: skip
@@ -143,3 +150,19 @@ def test_names_of_a_bvh_file_are_joints() -> None:
     }
     acclaim = ["root", "lhumerus", "lradius", "lwrist", "lhand"]
     assert markers_of(acclaim, "arm", "left") == {"shoulder": "lhumerus", "elbow": "lradius", "wrist": "lhand"}
+
+
+def test_a_skeleton_in_inches_is_a_person_too(tmp_path: Path) -> None:
+    (tmp_path / "a.bvh").write_text(BVH.replace("OFFSET 0 100 0", "OFFSET 0 68.9 0"), "utf-8")
+    assert read_bvh(tmp_path / "a.bvh").positions_m["LeftArm"][0, 1] == pytest.approx((90 + 68.9) * 0.0254)
+
+
+def test_a_compressed_file_that_was_damaged(tmp_path: Path) -> None:
+    savemat(
+        tmp_path / "imu.mat", {"acc": np.random.default_rng(1).normal(size=(500, 3)), "fs": 100.0}, do_compression=True
+    )
+    whole = bytearray((tmp_path / "imu.mat").read_bytes())
+    for at in range(200, len(whole), 997):
+        (tmp_path / "imu.mat").write_bytes(whole[:at] + bytes([whole[at] ^ 0x55]) + whole[at + 1 :])
+        with pytest.raises(pt.InputError, match=r"imu\.mat"):
+            read_imu(tmp_path / "imu.mat")

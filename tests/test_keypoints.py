@@ -216,3 +216,30 @@ def test_what_people_wrote_loads(shared: Callable[[str], Path]) -> None:
         assert np.nanmedian(hips - shoulders) > 50  # px, downwards
     clips = shared("data/people/gestures")
     assert len(read_keypoints(next(clips.glob("0_1_20*mediapipe*"))).frames) == 232
+
+
+PLAIN = "right_shoulder_x,right_shoulder_y,right_wrist_x,right_wrist_y"
+
+
+def plain(path: Path, rows: list[str], header: str = PLAIN) -> Keypoints:
+    path.write_text("\n".join([header, *rows]) + "\n", "utf-8")
+    return read_keypoints(path)
+
+
+def test_a_row_of_commas_is_a_frame(tmp_path: Path) -> None:
+    found = plain(tmp_path / "a.csv", ["100,50,120,90", ",,,", "102,50,124,90", ",,,"])
+    assert found.frames.tolist() == [0, 1, 2]
+    assert np.isnan(found.points[1]).all()
+    assert np.nanmax(found.points[2, ..., 0]) == 124
+
+
+def test_a_column_that_counts_frames_is_read(tmp_path: Path) -> None:
+    rows = ["5,100,50,120,90", "6,101,50,121,90", "9,102,50,122,90"]
+    assert plain(tmp_path / "a.csv", rows, f"frame,{PLAIN}").frames.tolist() == [5, 6, 9]
+    with pytest.raises(pt.InputError, match="the frame of its row 3 is 6, expected whole numbers that increase"):
+        plain(tmp_path / "b.csv", [rows[0], rows[1], rows[1]], f"frame_id,{PLAIN}")
+
+
+def test_shares_of_the_picture_are_told(tmp_path: Path) -> None:
+    assert plain(tmp_path / "a.csv", ["0.2,0.3,0.4,0.5", "0.2,0.3,0.41,0.5"]).is_share
+    assert not plain(tmp_path / "b.csv", ["20,30,40,50", "20,30,41,50"]).is_share

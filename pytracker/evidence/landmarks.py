@@ -12,7 +12,7 @@ from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import Frame
 from pytracker.recording.keypoints import tallest
-from pytracker.recording.recording import ArmRecording, View
+from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 
 __all__ = ["Seen", "joints_seen", "wrist_seen"]
@@ -24,6 +24,11 @@ NEARER = 3.0
 
 MOST_BESIDE_M = 0.20
 """A shoulder moves, and what is seen lies on its skin; not so far."""
+
+SHORTEST, LONGEST = 0.35, 1.6
+"""A forearm looks as long at least once, and never longer, in its own lengths."""
+MOST_APART = 0.8
+"""A patch lies on the wrist that a detector finds, but for so many lengths of the forearm."""
 
 Seen = tuple[Array, Array]
 """Pixels `(T, 2)`, NaN where not seen, and their standard deviations `(T,)`, px; a row a frame of the video."""
@@ -40,14 +45,36 @@ def joints_seen(
 
     Raises `InputError` where keypoints show that the patch is worn on the other arm, or the shoulder is elsewhere.
     """
-    view, side = recording.views[camera], recording.arm.side
-    found = {} if view.keypoints is None else _of_keypoints(view, camera, side, patch)
+    view = recording.views[camera]
+    found = {} if view.keypoints is None else _of_keypoints(recording, camera, patch)
     for joint, box in view.patches.items():
-        track = track_patch(film(f"patch on the {joint}"), box, parameters)
+        try:
+            track = track_patch(film(f"patch on the {joint}"), box, parameters)
+        except InputError as error:
+            raise InputError(f"camera[{camera}].patches.{joint}: {error}") from None
         found[joint] = track.pixel, np.full(len(track.pixel), PATCH_SD_PX)
     if "shoulder" in found:
         _check_shoulder(recording, camera, found["shoulder"][0])
+    if "elbow" in found:
+        _check_elbow(recording, camera, found["elbow"][0], patch.pixel)
     return found
+
+
+def _check_elbow(recording: ArmRecording, camera: int, pixels: Array, wrist: Array) -> None:
+    """It must be as far from the wrist, in the picture, as a forearm can look."""
+    view, arm = recording.views[camera].camera, recording.arm
+    depth_m = float((np.array(view.rotation) @ np.array(arm.shoulder_m) + np.array(view.translation_m))[2])
+    off_px = np.linalg.norm(pixels - wrist, axis=1)
+    off_px = off_px[np.isfinite(off_px)]
+    if not len(off_px) or depth_m <= 0:
+        return
+    off_m = float(np.quantile(off_px, 0.9)) * depth_m / view.matrix[0][0]
+    if not SHORTEST * arm.forearm_m < off_m < LONGEST * arm.forearm_m:
+        raise InputError(
+            f"camera[{camera}]: what is seen of the elbow is {100 * off_m:.0f} cm from the wrist in the picture (in "
+            f"nine of ten frames at most), expected {100 * SHORTEST * arm.forearm_m:.0f} to "
+            f"{100 * LONGEST * arm.forearm_m:.0f} cm: check patches.elbow or keypoints, patch_box and arm.forearm_m"
+        )
 
 
 def _check_shoulder(recording: ArmRecording, camera: int, pixels: Array) -> None:
@@ -75,10 +102,11 @@ def wrist_seen(keypoints: Keypoints, side: str, film: Iterator[Frame]) -> PatchT
     return PatchTrack(time_s, pixel, valid, reason, none, np.zeros((len(time_s), 4), dtype=np.int64))
 
 
-def _of_keypoints(view: View, camera: int, side: str, patch: PatchTrack) -> dict[str, Seen]:
+def _of_keypoints(recording: ArmRecording, camera: int, patch: PatchTrack) -> dict[str, Seen]:
+    view, side = recording.views[camera], recording.arm.side
     assert view.keypoints is not None
     people = _people(view.keypoints, len(patch.pixel))
-    _check_side(camera, side, people, patch)
+    _check_side(recording, camera, people, patch)
     chosen = _followed(people, side, patch.pixel)
     columns = {joint: chosen[:, KEYPOINTS.index(f"{side}_{joint}")] for joint in ("shoulder", "elbow")}
     return {joint: (points[:, :2], points[:, 2]) for joint, points in columns.items()}
@@ -107,14 +135,22 @@ def _followed(people: Array, side: str, patch: Array) -> Array:
     return chosen
 
 
-def _check_side(camera: int, side: str, people: Array, patch: PatchTrack) -> None:
+def _check_side(recording: ArmRecording, camera: int, people: Array, patch: PatchTrack) -> None:
     """The patch must lie at the wrist of the arm that wears it."""
+    side, view = recording.arm.side, recording.views[camera].camera
     other = "left" if side == "right" else "right"
     here, there = (_median_distance(people, patch.pixel, f"{which}_wrist") for which in (side, other))
     if NEARER * there < here:
         raise InputError(
             f"camera[{camera}].keypoints have the {side} wrist {here:.0f} px from the patch and the {other} one "
             f"{there:.0f} px (medians), expected the {side} one there: check arm.side, or whether the video is mirrored"
+        )
+    depth_m = float((np.array(view.rotation) @ np.array(recording.arm.shoulder_m) + np.array(view.translation_m))[2])
+    most_px = MOST_APART * recording.arm.forearm_m * view.matrix[0][0] / max(depth_m, 0.1)
+    if np.isfinite(here) and here > most_px:
+        raise InputError(
+            f"camera[{camera}].keypoints have the {side} wrist {here:.0f} px from the patch (median), expected at most "
+            f"{most_px:.0f} px: are they of this video, and of the person who wears it?"
         )
 
 

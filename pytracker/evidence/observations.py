@@ -58,6 +58,7 @@ def _of_arm(recording: ArmRecording, sightings: Sightings) -> Iterator[Observati
     imu = recording.imus[0]
     _check_times("IMU sample", imu.time_s)
     _check_times("frame", sightings.time_s)
+    _check_landmarks(recording, sightings)
     if not len(sightings.time_s):
         raise InputError("the sightings hold no frame, expected one at least")
     covered = sightings.time_s >= imu.time_s[0]
@@ -75,6 +76,16 @@ def _of_arm(recording: ArmRecording, sightings: Sightings) -> Iterator[Observati
     every += Observation.patches(sightings.time_s[first:], sightings.pixels[first:], first)
     in_order = np.argsort([observation.time_s for observation in every], kind="stable")
     return (every[k] for k in in_order.tolist())
+
+
+def _check_landmarks(recording: ArmRecording, sightings: Sightings) -> None:
+    for of in sightings.landmarks:
+        if of.joint not in recording.landmarks or not 0 <= of.camera < len(recording.views):
+            there = ", ".join(recording.landmarks) or "none"
+            raise InputError(
+                f"sightings hold the {of.joint} of camera {of.camera}, expected of the recording's landmarks ({there}) "
+                f"and its {len(recording.views)} cameras"
+            )
 
 
 def _of_landmarks(landmarks: Landmarks, time_s: Array, first: int) -> Iterator[Observation]:

@@ -17,9 +17,13 @@ from pytracker.rotation import Array
 
 __all__ = ["read_bvh"]
 
-UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001}
-TALL_M = (0.6, 2.5)
-"""From its highest joint to its lowest a person is as tall; no unit but one makes it so."""
+UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
+TALL_M = (1.0, 2.3)
+"""A person in the first frame is as large along one axis; no unit but one makes it so."""
+INTERVALS_S = (1e-4, 1.0)
+"""Between two frames."""
+LARGEST = 1e6
+"""No channel or offset has a larger number."""
 CHANNELS = tuple(f"{axis}{kind}" for kind in ("position", "rotation") for axis in "XYZ")
 
 
@@ -47,8 +51,9 @@ def read_bvh(path: Path | str) -> Markers:
     if len(set(names)) != len(names):
         raise InputError(f"{path}: has two joints of one name, expected a name each: {', '.join(names)[:200]}")
     rate_hz, rows = _motion(path, lines, first, sum(len(joint.channels) for joint in joints))
-    unit = _unit_m(path, joints)
-    positions = {name: unit * place for name, place in _places(joints, rows).items()}
+    places = _places(joints, rows)
+    unit = _unit_m(path, np.stack(list(places.values()))[:, 0])
+    positions = {name: unit * place for name, place in places.items()}
     return Markers(np.arange(len(rows)) / rate_hz, positions, dict.fromkeys(positions, 0), rate_hz)
 
 
@@ -70,7 +75,7 @@ def _hierarchy(path: Path, lines: list[str]) -> tuple[list[Joint], int]:
             case ["}"] if stack:
                 stack.pop()
             case ["OFFSET", x, y, z] if stack:
-                joints[stack[-1]].offset = np.array([number(cell, path, at + 1, "OFFSET") for cell in (x, y, z)])
+                joints[stack[-1]].offset = _offset(path, at + 1, (x, y, z))
             case ["CHANNELS", count, *channels] if stack and _are_channels(count, channels):
                 joints[stack[-1]].channels = channels
             case ["MOTION"] if joints and not stack:
@@ -83,6 +88,13 @@ def _hierarchy(path: Path, lines: list[str]) -> tuple[list[Joint], int]:
     raise InputError(f"{path}: has no MOTION, expected it after the hierarchy: cut short?")
 
 
+def _offset(path: Path, line: int, cells: tuple[str, ...]) -> Array:
+    offset = np.array([number(cell, path, line, "OFFSET") for cell in cells])
+    if not (np.abs(offset) <= LARGEST).all():
+        raise InputError(f"{path}:{line}: OFFSET is {' '.join(cells)}, expected usual numbers")
+    return offset
+
+
 def _are_channels(count: str, channels: list[str]) -> bool:
     return count == str(len(channels)) and set(channels) <= {*CHANNELS}
 
@@ -93,8 +105,10 @@ def _motion(path: Path, lines: list[str], first: int, width: int) -> tuple[float
     if [words[0].strip() for words in head] != ["Frames", "Frame Time"] or any(len(words) != 2 for words in head):
         raise InputError(f"{path}:{first + 1}: expected the lines Frames: and Frame Time: after MOTION")
     count, interval_s = (number(words[1].strip(), path, first + 1 + k, words[0]) for k, words in enumerate(head))
-    if not interval_s > 0:
-        raise InputError(f"{path}:{first + 2}: Frame Time is {interval_s}, expected a positive number of seconds")
+    if not INTERVALS_S[0] <= interval_s <= INTERVALS_S[1]:
+        raise InputError(
+            f"{path}:{first + 2}: Frame Time is {interval_s}, expected {INTERVALS_S[0]:g} to {INTERVALS_S[1]:g} s"
+        )
     rows = []
     for at, line in enumerate(lines[first + 2 :], start=first + 3):
         cells = line.split()
@@ -106,21 +120,23 @@ def _motion(path: Path, lines: list[str], first: int, width: int) -> tuple[float
     if len(rows) != count or not rows:
         raise InputError(f"{path}: has {len(rows)} frames, expected {count:g} as it says: cut short?")
     values = np.array(rows)
-    if not np.isfinite(values).all():
-        raise InputError(f"{path}: row {int(np.argwhere(~np.isfinite(values))[0, 0]) + 1} has a gap, expected numbers")
+    odd = np.argwhere(~(np.abs(values) <= LARGEST))
+    if len(odd):
+        raise InputError(
+            f"{path}: row {odd[0, 0] + 1} of the motion has {values[tuple(odd[0])]:g}, expected a usual number"
+        )
     return 1.0 / interval_s, values
 
 
-def _unit_m(path: Path, joints: list[Joint]) -> float:
-    """By the skeleton as it stands without turns."""
-    still = np.zeros((1, sum(len(joint.channels) for joint in joints)))
-    heights = [float(place[0, 1]) for place in _places(joints, still).values()]
-    tall = max(heights) - min(heights)
-    fitting = [unit for unit in UNITS_M.values() if TALL_M[0] <= tall * unit <= TALL_M[1]]
+def _unit_m(path: Path, first: Array) -> float:
+    """By how large the skeleton `(J, 3)` is in its first frame."""
+    large = float((first.max(axis=0) - first.min(axis=0)).max())
+    fitting = [unit for unit in UNITS_M.values() if TALL_M[0] <= large * unit <= TALL_M[1]]
     if len(fitting) != 1:
+        least, most = TALL_M
         raise InputError(
-            f"{path}: the skeleton is {tall:.4g} units tall, expected {TALL_M[0]:g} to {TALL_M[1]:g} m in one of: "
-            f"{', '.join(UNITS_M)}"
+            f"{path}: the skeleton is {large:.4g} units large in the first frame, expected {least:g} to {most:g} m in "
+            f"one of: {', '.join(UNITS_M)}"
         )
     return fitting[0]
 

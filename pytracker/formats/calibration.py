@@ -28,11 +28,12 @@ QUALISYS_PX = 64.0
 """Qualisys counts in so many parts of a pixel, and in millimetres; its camera looks along -z, with y up."""
 OVER = np.diag([1.0, -1.0, -1.0])
 
+OPENCV_SECOND = ("m2", "d2", "k2", "camera_matrix_2", "cameramatrix2")
 FARTHEST_M = 50.0
 """No camera of a room is farther from its world; one that was calibrated in millimetres is."""
 OPENCV_MATRIX = ("cameramatrix", "k", "mtx", "m1", "intrinsic", "intrinsicmatrix")
 OPENCV_OTHERS = (
-    ("distortioncoefficients", "distcoeffs", "dist", "d", "d1"),
+    ("distortioncoefficients", "distortioncoeffs", "distortion", "distcoeffs", "dist", "d", "d1"),
     ("r", "rvec", "rotation", "rotationmatrix"),
     ("t", "tvec", "translation", "translationvector"),
 )
@@ -104,7 +105,14 @@ def _of_toml(path: Path, table: dict[str, Any]) -> dict[str, Any]:
 
 def _of_opencv(path: Path, matrices: dict[str, Array]) -> dict[str, Any]:
     def named(names: tuple[str, ...]) -> Array | None:
-        return next((of for name, of in matrices.items() if name.lower().replace("_", "") in names), None)
+        found = [name for name in matrices if name.lower().replace("_", "") in names]
+        if len(found) > 1:
+            raise InputError(f"{path}: has {' and '.join(found)}, expected one of them: a file of one camera")
+        return matrices[found[0]] if found else None
+
+    second = [name for name in matrices if name.lower() in OPENCV_SECOND]
+    if second:
+        raise InputError(f"{path}: has {second[0]}, of a second camera, expected a file of one")
 
     matrix = named(OPENCV_MATRIX)
     if matrix is None:
@@ -133,7 +141,7 @@ def _of_opencv(path: Path, matrices: dict[str, Array]) -> dict[str, Any]:
 def _of_qualisys(path: Path, text: str, camera: str | None) -> dict[str, Any]:
     try:
         root = ElementTree.fromstring(text.encode())  # noqa: S314 - a file of the user's own
-    except (ElementTree.ParseError, ValueError) as error:
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise InputError(f"{path}: is no calibration: neither TOML nor XML ({error})") from None
     cameras = {str(of.get("serial", k)): of for k, of in enumerate(root.iter("camera"))}
     if not cameras:

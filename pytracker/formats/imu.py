@@ -67,7 +67,7 @@ def read_imu(
     if form == "auto":
         form = _recognise(path, lines)
     if form == "mat":
-        log = read_mat_imu(path)
+        log = read_mat_imu(path, rate_hz)
     elif form == "mt-manager":
         log = mt_manager.read(path, lines, rate_hz)
     elif form == "mt9-log":

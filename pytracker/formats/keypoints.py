@@ -15,6 +15,7 @@ kept as it is: what it is worth is found from the data (`pytracker.evidence.keyp
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 from collections.abc import Iterable, Sequence
@@ -32,6 +33,10 @@ from pytracker.rotation import Array
 
 __all__ = ["Keypoints", "read_keypoints"]
 
+FRAME = re.compile(r"frame([ _]?(id|index|no|nr|number))?#?")
+"""A column that counts frames."""
+LARGEST_SHARE = 1.5
+"""Of a picture's width or height; a point may lie somewhat outside."""
 MOST_PEOPLE = 64
 """More people in a frame are noise."""
 MOST_FRAMES = 10_000_000
@@ -206,7 +211,23 @@ def _table(path: Path) -> Keypoints:
         raise InputError(f"{path}:1: header names no joint, expected such as left_wrist_x and left_wrist_y")
     is_mediapipe = any(cell.startswith("X_") for cell in cells)
     table = _cells(path, lines, 1, len(cells))
-    return _from_columns(path, table, named, joints, is_share=is_mediapipe)
+    counts = [
+        k for k, cell in enumerate(cells) if re.fullmatch(r"frame([ _]?(id|index|no|nr|number))?#?", cell.lower())
+    ]
+    frames = _frames(path, table[:, counts[0]]) if counts else np.arange(len(table), dtype=np.int64)
+    places = table[:, [k for k, joint, axis in named if axis != "confidence"]]
+    # No person is one pixel large.
+    is_share = is_mediapipe or bool(np.nanmax(np.abs(places), initial=0.0) <= LARGEST_SHARE)
+    return dataclasses.replace(_from_columns(path, table, named, joints, is_share=is_share), frames=frames)
+
+
+def _frames(path: Path, column: Array) -> NDArray[np.int64]:
+    """Numbers of frames, as a column of the table has them. Raises `InputError`."""
+    whole = np.isfinite(column) & (column == np.rint(column)) & (column >= 0)
+    if not whole.all() or not (np.diff(column) > 0).all():
+        k = int(np.argmin(np.concatenate([whole[:1], whole[1:] & (np.diff(column) > 0)])))
+        raise InputError(f"{path}: the frame of its row {k + 1} is {column[k]:g}, expected whole numbers that increase")
+    return column.astype(np.int64)
 
 
 def _deeplabcut(path: Path, lines: list[str]) -> Keypoints:
@@ -245,8 +266,10 @@ def _column(cell: str) -> tuple[str, str] | None:
 
 def _cells(path: Path, lines: list[str], first: int, columns: int) -> Array:
     rows = []
-    for k in range(first, len(lines)):
-        if not lines[k].strip(" ,"):
+    # A row of commas is a frame in which nobody was found, but after the last.
+    end = max((k + 1 for k in range(first, len(lines)) if lines[k].strip(" ,")), default=first)
+    for k in range(first, end):
+        if not lines[k].strip():
             continue
         cells = lines[k].split(",")
         if len(cells) != columns:

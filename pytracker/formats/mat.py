@@ -6,6 +6,7 @@ Arrays are told apart by their names, such as those of BROAD (Laidig et al. 2021
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,13 @@ NAMES = {
 """What an IMU measures, by the names that it has."""
 RATES = ("sampling_rate", "rate_hz", "fs", "rate")
 TIMES = ("time_s", "time", "t")
+UNREADABLE = (
+    OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError, zlib.error
+)  # fmt: skip
+"""What SciPy raises for bytes that are none of MATLAB's."""
 WIDTHS = {"q_world_sensor": 4}
+SLOWEST_HZ, FASTEST_HZ, OFF_RATE = 1.0, 1e5, 0.05
+"""No sensor or laboratory is slower or faster; and a rate may be off by this share from the times."""
 
 
 def is_mat(path: Path) -> bool:
@@ -39,8 +46,8 @@ def is_mat(path: Path) -> bool:
         return False
 
 
-def read_mat_imu(path: Path) -> ImuLog:
-    """An IMU's samples. Raises `InputError`."""
+def read_mat_imu(path: Path, rate_hz: float | None = None) -> ImuLog:
+    """An IMU's samples; `rate_hz` where the file does not say it. Raises `InputError`."""
     arrays = _arrays(path)
     found = {ours: _named(arrays, theirs) for ours, theirs in NAMES.items()}
     acc = found["acc"]
@@ -49,7 +56,7 @@ def read_mat_imu(path: Path) -> ImuLog:
     for ours, values in found.items():
         if values is not None and values.shape != (len(acc), WIDTHS.get(ours, 3)):
             raise InputError(f"{path}: {ours} has shape {values.shape}, expected {(len(acc), WIDTHS.get(ours, 3))}")
-    time_s, rate_hz = _times(path, arrays, len(acc))
+    time_s, rate_hz = _times(path, arrays, len(acc), rate_hz)
     return ImuLog(
         path=path, lines=np.arange(1, len(acc) + 1), time_s=time_s, rate_hz=rate_hz,
         acc=acc, gyr=found["gyr"], mag=found["mag"], q_world_sensor=found["q_world_sensor"],
@@ -85,9 +92,23 @@ def _arrays(path: Path) -> dict[str, Array]:
         found = loadmat(path)
     except NotImplementedError:
         raise InputError(f"{path}: is a MATLAB 7.3 file, expected version 5 to 7: save it with -v7") from None
-    except (OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError, MatReadError) as error:
+    except (
+        OSError,
+        ValueError,
+        TypeError,
+        KeyError,
+        IndexError,
+        OverflowError,
+        MemoryError,
+        zlib.error,
+        MatReadError,
+    ) as error:
         raise InputError(f"{path}: is no MATLAB file that can be read: {str(error)[:200]}") from None
-    numbers = {name: values for name, values in found.items() if getattr(values, "dtype", np.dtype("O")).kind in "fiub"}
+    numbers = {name: of for name, of in found.items() if isinstance(of, np.ndarray) and of.dtype.kind in "fiub"}
+    measured = {name for names in NAMES.values() for name in names} | {*TIMES, *RATES}
+    lost = [name for name in found if name.lower() in measured and name not in numbers]
+    if lost:
+        raise InputError(f"{path}: {lost[0]} is no plain array of real numbers, expected one")
     return {name: np.asarray(values, dtype=np.float64) for name, values in numbers.items()}
 
 
@@ -96,14 +117,27 @@ def _named(arrays: dict[str, Array], names: tuple[str, ...]) -> Array | None:
     return next((np.ascontiguousarray(by_name[name]) for name in names if name in by_name), None)
 
 
-def _times(path: Path, arrays: dict[str, Array], count: int) -> tuple[Array, float | None]:
-    """As the file has them, or by its rate."""
+def _times(
+    path: Path, arrays: dict[str, Array], count: int, given_hz: float | None = None
+) -> tuple[Array, float | None]:
+    """As the file has them, or by its rate, or by the one that is given."""
     time_s, rate = _named(arrays, TIMES), _named(arrays, RATES)
-    if time_s is not None and time_s.size == count:
-        return time_s.ravel(), None
-    if rate is None or rate.size != 1 or not 0 < float(rate.item()) < np.inf:
-        raise InputError(f"{path}: has {_listed(arrays)}, expected sampling_rate in Hz, or time_s")
-    return np.arange(count) / float(rate.item()), float(rate.item())
+    rate_hz = given_hz if rate is None or rate.size != 1 else float(rate.item())
+    if rate_hz is not None and not SLOWEST_HZ <= rate_hz <= FASTEST_HZ:
+        raise InputError(f"{path}: its rate is {rate_hz:g} Hz, expected {SLOWEST_HZ:g} to {FASTEST_HZ:g} Hz")
+    if time_s is None:
+        if rate_hz is None:
+            raise InputError(f"{path}: has {_listed(arrays)}, expected sampling_rate in Hz, or time_s")
+        return np.arange(count) / rate_hz, rate_hz
+    time_s = time_s.ravel()
+    if len(time_s) != count:
+        raise InputError(f"{path}: has {len(time_s)} times for {count} rows, expected one each")
+    if not np.isfinite(time_s).all() or not (np.diff(time_s) > 0).all():
+        raise InputError(f"{path}: its times do not increase all along, expected finite seconds that do")
+    if count > 1 and rate_hz is not None and abs(float(np.median(np.diff(time_s))) * rate_hz - 1.0) > OFF_RATE:
+        usual_hz = 1.0 / float(np.median(np.diff(time_s)))
+        raise InputError(f"{path}: says {rate_hz:g} Hz and has times at {usual_hz:.4g} Hz, expected them to agree")
+    return time_s, rate_hz
 
 
 def _listed(arrays: dict[str, Array]) -> str:

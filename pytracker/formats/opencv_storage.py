@@ -19,6 +19,8 @@ MATRIX = re.compile(
     re.MULTILINE,
 )
 """One in YAML."""
+MODELS = ("plumb_bob", "rational_polynomial")
+"""Of distortion, that are OpenCV's."""
 
 
 def matrices_of(path: Path, text: str) -> dict[str, Array]:
@@ -27,18 +29,38 @@ def matrices_of(path: Path, text: str) -> dict[str, Array]:
     Raises `InputError` where one has other numbers than rows times columns.
     """
     if text.lstrip().startswith("<"):
-        found = {
-            element.tag: _cells(element) for element in _root(path, text).iter() if element.find("data") is not None
-        }
+        elements = [element for element in _root(path, text).iter() if element.find("rows") is not None]
+        each = [(element.tag, _cells(element)) for element in elements]
     else:
-        found = {m["name"]: (m["rows"], m["cols"], m["data"].replace(",", " ")) for m in MATRIX.finditer(text)}
+        each = [(m["name"], (m["rows"], m["cols"], m["data"].replace(",", " "))) for m in MATRIX.finditer(text)]
+    found = dict(each)
+    if len(found) != len(each):
+        twice = next(name for name, _ in each if [other for other, _ in each].count(name) > 1)
+        raise InputError(f"{path}: has {twice} more than once, expected a file of one camera")
+    _check_known(path, text, list(found))
     return {name: _matrix(path, name, *cells) for name, cells in found.items()}
+
+
+def _check_known(path: Path, text: str, names: list[str]) -> None:
+    """What is said of a lens must be understood, not passed over."""
+    model = re.search(r"distortion_model\W+(\w+)", text)
+    if model is not None and model[1] not in MODELS:
+        raise InputError(f"{path}: distortion_model is {model[1]!r}, expected one of: {', '.join(MODELS)}")
+    if re.search(r"fisheye(_model)?\W+(1|true)\b", text, re.IGNORECASE):
+        raise InputError(f"{path}: the camera is a fisheye, expected one with OpenCV's five distortions")
+    keys = re.findall(r"^\s*<?(\w*dist\w*)\s*(?::|>|\s\w+=)", text, re.IGNORECASE | re.MULTILINE)
+    strange = [key for key in keys if key not in names and key != "distortion_model"]
+    if names and strange:
+        raise InputError(
+            f"{path}: {strange[0]} cannot be read, expected rows, cols and data as OpenCV writes them: else the "
+            "distortion would be lost"
+        )
 
 
 def _root(path: Path, text: str) -> ElementTree.Element:
     try:
         return ElementTree.fromstring(text.encode())  # noqa: S314 - a file of the user's own
-    except (ElementTree.ParseError, ValueError) as error:
+    except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise InputError(f"{path}: is no calibration: its XML is broken ({error})") from None
 
 

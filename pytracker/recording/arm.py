@@ -12,7 +12,7 @@ from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
 from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import files_of, first_seen, load_keypoints
+from pytracker.recording.keypoints import files_of, first_seen, load_keypoints, uncovered
 from pytracker.recording.recording import UPPER_ARM_SD_RAD, Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import ArmFile, CameraEntry, ImuEntry
 from pytracker.recording.upper_arm import upper_arm_imu
@@ -44,7 +44,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     mount = np.array(entry.imu[0].mount)
     mount /= np.linalg.norm(mount)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
-    overlap_warnings = _check_overlap(views, imu)
+    overlap_warnings = _check_overlap(views, imu) + _uncovered(folder, entry, views)
     truth, truth_warnings = (None, []) if entry.truth is None else load_truth(folder, path, entry.truth, entry.arm)
     start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth)
     for number, view in enumerate(views):
@@ -56,6 +56,8 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         wrist_start_m=start,
         side=entry.arm.side,
     )
+    if len(entry.imu) > 1 and (folder / entry.imu[0].file).resolve() == (folder / entry.imu[1].file).resolve():
+        raise InputError(f"{path}: imu[1].file is that of imu[0], {entry.imu[1].file}, expected another sensor's")
     upper = [upper_arm_imu(folder, f"{path}: imu[1]", worn, arm, imu, views[0].start_s) for worn in entry.imu[1:]]
     names = [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
     names += [camera.video for camera in entry.camera] + [entry.truth.file if entry.truth else None]
@@ -153,6 +155,15 @@ def _sees(view: View, joint: str) -> bool:
 def _upper_arm_sd_rad(entries: tuple[ImuEntry, ...]) -> float:
     said = [worn.mount_sd_deg for worn in entries[1:] if worn.mount_sd_deg is not None]
     return float(np.radians(said[0])) if said else UPPER_ARM_SD_RAD
+
+
+def _uncovered(folder: Path, entry: ArmFile, views: tuple[View, ...]) -> list[str]:
+    """A word on keypoints that are not of all of their video."""
+    found: list[str] = []
+    for camera, view in zip(entry.camera, views, strict=True):
+        if camera.keypoints is not None and view.keypoints is not None and view.video is not None:
+            found += uncovered(folder / camera.keypoints, view.keypoints, video.probe(view.video))
+    return found
 
 
 def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:

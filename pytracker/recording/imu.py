@@ -29,7 +29,10 @@ def load_imu(
     if segment not in segments:
         raise InputError(f"{place}.segment is {segment!r}, expected one of: {', '.join(segments)}")
     if entry.offset_sd_s is not None and not needs_heading:
-        raise InputError(f"{place}.offset_sd_s is {entry.offset_sd_s}, but a body's clocks are taken as they are given")
+        raise InputError(
+            f"{place}.offset_sd_s is {entry.offset_sd_s}, but its clock is taken as it is given: only that of an arm's "
+            "first sensor is estimated"
+        )
     mount = np.array(entry.mount)
     if abs(np.linalg.norm(mount) - 1) > 0.02:
         raise InputError(f"{place}.mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")

@@ -17,6 +17,8 @@ from pytracker.rotation import multiply, rotate, rotation_vector_to_quaternion
 __all__ = ["upper_arm_imu"]
 
 UP, ALONG = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+SLACK_S = 0.1
+"""Two sensors may end so far apart without a word."""
 MOST_OFF_DEG = 45.0
 """A first frame and a sensor that differ by more are not of the same arm."""
 
@@ -53,4 +55,10 @@ def upper_arm_imu(
             f"{place}: at the first frame the upper arm points {off:.0f}° away from where wrist and shoulder have it, "
             f"expected at most {MOST_OFF_DEG:.0f}°: check mount, heading_deg, offset_s and wrist_start_m"
         )
+    if imu.time_s[-1] < forearm.time_s[-1] - SLACK_S:
+        words = (
+            f"{folder / entry.file}: ends {forearm.time_s[-1] - imu.time_s[-1]:.3f} s before the forearm's; the frames "
+            "after are tracked without it"
+        )
+        warnings = (*warnings, words)
     return dataclasses.replace(imu, q_world_segment=q), warnings

@@ -16,6 +16,7 @@ SIDES = {"left": ("left", "l"), "right": ("right", "r")}
 JOINTS = ("shoulder", "elbow", "wrist")
 BONES = (
     {"shoulder": "arm", "elbow": "forearm", "wrist": "hand"},
+    {"shoulder": "upperarm", "elbow": "lowerarm", "wrist": "hand"},
     {"shoulder": "humerus", "elbow": "radius", "wrist": "hand"},
 )
 """What bones that begin at these joints are called in BVH files."""
@@ -26,7 +27,9 @@ def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, st
 
     `side` is an arm's. Those that no point is called like are left out.
     """
-    plain = {re.sub(r"[^a-z]", "", name.split(":")[-1].lower()): name for name in names}
+    plain: dict[str, str] = {}
+    for point in names:  # the first of LeftHand, LeftHand1
+        plain.setdefault(re.sub(r"[^a-z]", "", point.split(":")[-1].lower()), point)
 
     def called(of: str, joint: str) -> str | None:
         # Of a skeleton's bones each begins at its joint; its LeftShoulder is the collar bone.

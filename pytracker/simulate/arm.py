@@ -129,7 +129,9 @@ class ArmScene:
         yield "elbow_swing", bool(np.linalg.norm(self.elbow_swing) > 0), "a direction"
         yield "occlusions", all(start < end for start, end in self.occlusions), "(from, to) with from before to, s"
         yield "cameras", 1 <= self.cameras <= 4, "1 to 4"
-        yield "senses", set(self.senses) <= set(SENSES), f"any of: {', '.join(SENSES)}"
+        senses = set(self.senses)
+        is_good = senses <= set(SENSES) and len(senses) == len(self.senses)
+        yield "senses", is_good, f"any of: {', '.join(SENSES)}, each once"
 
 
 def check_kind(name: str, value: object, default: object) -> None:

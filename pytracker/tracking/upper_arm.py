@@ -12,12 +12,19 @@ __all__ = ["of_upper_arm"]
 
 MOST_OFF_DEG = 12.0
 """A sensor may point so far beside it, in the median: right ones that are worn do by 7° at most."""
+HOLDS_S = 0.1
+"""A sample says no longer where the upper arm points."""
 ALONG = np.array([0.0, 1.0, 0.0])
 
 
 def of_upper_arm(track: ArmTrack) -> tuple[str, ...]:
-    """A warning, in words, where it does not; of a method that uses it."""
-    if not track.recording.has_upper_arm or not isinstance(track.method, Mixture):
+    """A warning, in words, where it does not; or where the method uses neither it nor what else is seen."""
+    recording = track.recording
+    if not isinstance(track.method, Mixture):
+        there = [*recording.landmarks, *(["the upper arm's sensor"] if recording.has_upper_arm else [])]
+        words = f"{', '.join(there)} of the recording: {track.method.name} does not use it, expected mixture or smooth"
+        return (words,) if there else ()
+    if not recording.has_upper_arm:
         return ()
     off_deg = angles_deg(track)
     off_deg = off_deg[np.isfinite(off_deg)]
@@ -36,4 +43,5 @@ def angles_deg(track: ArmTrack) -> Array:
     pointing = rotate(imu.q_world_segment[np.clip(at, 0, None)], np.broadcast_to(ALONG, (len(at), 3)))
     upper_arm = np.array(track.recording.arm.shoulder_m) - elbow
     upper_arm /= np.linalg.norm(upper_arm, axis=1, keepdims=True)
-    return np.where(at < 0, np.nan, np.degrees(np.arccos(np.clip((upper_arm * pointing).sum(axis=1), -1.0, 1.0))))
+    old = (at < 0) | (track.time_s - imu.time_s[np.clip(at, 0, None)] > HOLDS_S)
+    return np.where(old, np.nan, np.degrees(np.arccos(np.clip((upper_arm * pointing).sum(axis=1), -1.0, 1.0))))

@@ -138,7 +138,9 @@ impl ArmFilter {
         if time_s < latest_s {
             return Err(Error::Late { what: "landmark", time_s, latest_s });
         }
-        self.landmarks.retain(|(seen_s, _)| time_s - seen_s <= SAME_FRAME_S);
+        // Twice in a frame is once.
+        let is_same = |seen: &Landmark| (seen.joint, seen.camera) == (landmark.joint, landmark.camera);
+        self.landmarks.retain(|(seen_s, seen)| time_s - seen_s > SAME_FRAME_S || !is_same(seen));
         self.landmarks.push((time_s, landmark));
         Ok(())
     }
@@ -198,9 +200,10 @@ impl ArmFilter {
         }
         let world_sensor = self.timeline.world_sensor(&self.noise);
         self.notice_pause(elapsed_s, world_sensor, pixels);
-        let seen = std::mem::take(&mut self.landmarks).into_iter();
+        let is_of = |seen_s: f64| (time_s - seen_s).abs() <= SAME_FRAME_S;
         let landmarks: Vec<Landmark> =
-            seen.filter(|(seen_s, _)| time_s - seen_s <= SAME_FRAME_S).map(|(_, landmark)| landmark).collect();
+            self.landmarks.iter().filter(|(seen_s, _)| is_of(*seen_s)).map(|(_, landmark)| *landmark).collect();
+        self.landmarks.retain(|(seen_s, _)| *seen_s > time_s && !is_of(*seen_s));
         let frame = Frame {
             time_s,
             motion: self.timeline.pending().clone(),

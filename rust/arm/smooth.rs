@@ -187,7 +187,9 @@ impl<'a> Recorded<'a> {
                 is_rest: timeline.is_rest(noise),
                 pixels: &frame.pixels,
                 landmarks: &frame.landmarks,
-                upper_arm: direction_at(self.directions, time_s),
+                // Whether it says something does not depend on the delay: they are compared by all that is measured.
+                upper_arm: direction_at(self.directions, frame.time_s)
+                    .map(|seen| direction_at(self.directions, time_s).unwrap_or(seen)),
                 start,
                 means: [long(&frame.means[0]), long(&frame.means[1])],
             });
