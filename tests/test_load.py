@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 
@@ -227,3 +228,20 @@ def test_a_thousand_frames_a_second_are_all_kept() -> None:
     )
     assert len(_merge([time_s], [track], [{}]).time_s) == count
     assert len(_merge([time_s, time_s + 1e-4], [track, track], [{}, {}]).time_s) == count
+
+
+def test_a_camera_of_another_size_is_said(simulated: Path, tmp_path: Path) -> None:
+    camera = pt.Camera(matrix=((1400.0, 0, 640.0), (0, 1400.0, 480.0), (0, 0, 1)))
+    (words,) = camera.off_middle((640, 480))
+    assert "principal point at (640, 480), 50% off the middle of pictures of 640 x 480 px" in words
+    assert camera.off_middle((1280, 960)) == ()
+    assert not any("principal point" in warning for warning in pt.load(simulated).warnings)
+    folder = tmp_path / "off"
+    shutil.copytree(simulated, folder)
+    text = (folder / "recording.toml").read_text("utf-8")
+    ((x, rest),) = re.findall(r"patch_box = \[(\d+)(.*)", text)
+    text = text.replace("[700.0, 0.0, 320.0]", "[700.0, 0.0, 190.0]").replace(f"[{x}{rest}", f"[{int(x) - 130}{rest}")
+    (folder / "recording.toml").write_text(text, "utf-8")
+    assert any(
+        "camera[0].matrix has its principal point at (190, 240)" in warning for warning in pt.load(folder).warnings
+    )

@@ -44,7 +44,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     mount = np.array(entry.imu[0].mount)
     mount /= np.linalg.norm(mount)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
-    overlap_warnings = _check_overlap(views, imu) + _uncovered(folder, entry, views)
+    overlap_warnings = _check_overlap(views, imu) + _uncovered(folder, entry, views) + _off_middle(path, views)
     truth, truth_warnings = (None, []) if entry.truth is None else load_truth(folder, path, entry.truth, entry.arm)
     start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth)
     for number, view in enumerate(views):
@@ -155,6 +155,15 @@ def _sees(view: View, joint: str) -> bool:
 def _upper_arm_sd_rad(entries: tuple[ImuEntry, ...]) -> float:
     said = [worn.mount_sd_deg for worn in entries[1:] if worn.mount_sd_deg is not None]
     return float(np.radians(said[0])) if said else UPPER_ARM_SD_RAD
+
+
+def _off_middle(path: Path, views: tuple[View, ...]) -> list[str]:
+    found: list[str] = []
+    for number, view in enumerate(views):
+        assert view.video is not None
+        info = video.probe(view.video)
+        found += [f"{path}: camera[{number}].{words}" for words in view.camera.off_middle((info.width, info.height))]
+    return found
 
 
 def _uncovered(folder: Path, entry: ArmFile, views: tuple[View, ...]) -> list[str]:

@@ -15,6 +15,7 @@ from pytracker.formats.amc import read_amc
 from pytracker.formats.asf import read_asf
 from pytracker.formats.toml_file import parse_toml
 from pytracker.recording.body_view import view_of
+from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
 from pytracker.recording.keypoints import alone, files_of, uncovered
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
@@ -59,6 +60,8 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     warnings += said
     if truth is not None:
         warnings += _uncovered(view, truth)
+    if isinstance(view.camera, Camera):
+        warnings += tuple(f"{path}: camera[0].{words}" for words in view.camera.off_middle(view.size_px))
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
     names += [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
     names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]

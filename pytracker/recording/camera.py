@@ -10,6 +10,8 @@ from pytracker.rotation import Array, Matrix, Triple
 
 __all__ = ["Camera", "ProjectionFit", "WeakPerspective"]
 
+OFF_MIDDLE = 0.2
+"""A principal point lies in the middle of the picture, but for this share of its width and height."""
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -30,6 +32,18 @@ class Camera:
     translation_m: Triple = (0.0, 0.0, 0.0)
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
+
+    def off_middle(self, size_px: tuple[int, int]) -> tuple[str, ...]:
+        """A word where its principal point is not about the middle of pictures of that width and height."""
+        middle = self.matrix[0][2], self.matrix[1][2]
+        off = [abs((at + 0.5) / size - 0.5) for at, size in zip(middle, size_px, strict=True)]
+        if max(off) <= OFF_MIDDLE:
+            return ()
+        return (
+            f"matrix has its principal point at ({middle[0]:g}, {middle[1]:g}), {max(off):.0%} off the middle of "
+            f"pictures of {size_px[0]} x {size_px[1]} px, expected at most {OFF_MIDDLE:.0%}: "
+            "was it calibrated at another size?",
+        )
 
     def project(self, points: Array) -> Array:
         """Pixels `(T, 2)` of world points `(T, 3)`; NaN behind the camera."""
