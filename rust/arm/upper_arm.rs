@@ -26,8 +26,9 @@ pub(super) fn direction_at(samples: &[Direction], time_s: f64) -> Option<Directi
     let until = samples.partition_point(|sample| sample.time_s <= time_s);
     let last = samples[..until].last().filter(|last| time_s - last.time_s <= HOLDS_S)?;
     let ahead = samples[..until - 1].last().filter(|before| last.time_s - before.time_s <= HOLDS_S).map(|before| {
-        let per_s = (last.to_shoulder - before.to_shoulder) / (last.time_s - before.time_s);
-        (last.to_shoulder + per_s * (time_s - last.time_s)).normalize()
+        // Not beyond what was seen of the turn: where samples come in bursts, two of them say little of its speed.
+        let share = ((time_s - last.time_s) / (last.time_s - before.time_s)).min(1.0);
+        (last.to_shoulder + (last.to_shoulder - before.to_shoulder) * share).normalize()
     });
     Some(Direction { to_shoulder: ahead.unwrap_or(last.to_shoulder), ..*last })
 }
@@ -72,6 +73,7 @@ mod tests {
         let angle = |time_s| direction_at(&samples, time_s).map(|found| found.to_shoulder.x.atan2(found.to_shoulder.z));
         assert!((angle(1.01).unwrap() - 0.10).abs() < 1e-9, "by the first alone");
         assert!((angle(1.03).unwrap() - 0.16).abs() < 1e-4);
+        assert!((angle(1.09).unwrap() - 0.18).abs() < 1e-3, "as far again, and no farther");
         assert_eq!(angle(0.99), None);
         assert_eq!(angle(1.13), None, "too old");
     }
