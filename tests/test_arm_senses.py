@@ -319,7 +319,11 @@ def test_a_landmark_is_live_only_with_its_frame() -> None:
     pt_tracker = pt.Tracker(recording, pt.Mixture(), 1)
     twice = wrist([o for o in observations for _ in range(2 if o.what == "landmark" else 1)])
     assert np.array_equal(once, twice)
-    with pytest.raises(pt.InputError, match="landmark"):
+    pt_tracker = pt.Tracker(recording, pt.Mixture(), 1)
+    ahead = sorted(observations, key=lambda o: o.time_s - (0.05 if o.what == "landmark" else 0.0))
+    assert [o.time_s for o in ahead] != [o.time_s for o in observations]
+    assert np.array_equal(once, wrist(ahead))
+    with pytest.raises(pt.InputError, match=r"landmark at 0\.5"):
         pt_tracker.observe(pt.Observation.landmark(0.5, "shoulder", (300.0, 100.0), 4.0))
 
 

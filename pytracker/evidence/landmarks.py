@@ -63,12 +63,12 @@ def joints_seen(
 def _check_elbow(recording: ArmRecording, camera: int, pixels: Array, wrist: Array) -> None:
     """It must be as far from the wrist, in the picture, as a forearm can look."""
     view, arm = recording.views[camera].camera, recording.arm
-    depth_m = float((np.array(view.rotation) @ np.array(arm.shoulder_m) + np.array(view.translation_m))[2])
+    px_per_m = float(view.px_per_m(np.array([arm.shoulder_m]))[0])
     off_px = np.linalg.norm(pixels - wrist, axis=1)
     off_px = off_px[np.isfinite(off_px)]
-    if not len(off_px) or depth_m <= 0:
+    if not len(off_px) or not px_per_m > 0:
         return
-    off_m = float(np.quantile(off_px, 0.9)) * depth_m / view.matrix[0][0]
+    off_m = float(np.quantile(off_px, 0.9)) / px_per_m
     if not SHORTEST * arm.forearm_m < off_m < LONGEST * arm.forearm_m:
         raise InputError(
             f"camera[{camera}]: what is seen of the elbow is {100 * off_m:.0f} cm from the wrist in the picture (in "
@@ -80,10 +80,9 @@ def _check_elbow(recording: ArmRecording, camera: int, pixels: Array, wrist: Arr
 def _check_shoulder(recording: ArmRecording, camera: int, pixels: Array) -> None:
     """What is seen of it must lie where the recording has it, but for skin and movement."""
     view, shoulder = recording.views[camera].camera, np.array(recording.arm.shoulder_m)
-    beside = shoulder + MOST_BESIDE_M * np.array(view.rotation)[0]
-    expected, most = view.project(np.stack([shoulder, beside]))
-    off_px = np.linalg.norm(pixels - expected, axis=1)
-    if np.isfinite(off_px).any() and (off := float(np.nanmedian(off_px))) > (most_px := float(most[0] - expected[0])):
+    most_px = MOST_BESIDE_M * float(view.px_per_m(shoulder[None])[0])
+    off_px = np.linalg.norm(pixels - view.project(shoulder[None])[0], axis=1)
+    if np.isfinite(off_px).any() and (off := float(np.nanmedian(off_px))) > most_px:
         raise InputError(
             f"camera[{camera}]: what is seen of the shoulder is {off:.0f} px from where shoulder_m is (median), "
             f"expected at most {most_px:.0f} px ({100 * MOST_BESIDE_M:.0f} cm): check patches.shoulder or keypoints, "
@@ -145,8 +144,7 @@ def _check_side(recording: ArmRecording, camera: int, people: Array, patch: Patc
             f"camera[{camera}].keypoints have the {side} wrist {here:.0f} px from the patch and the {other} one "
             f"{there:.0f} px (medians), expected the {side} one there: check arm.side, or whether the video is mirrored"
         )
-    depth_m = float((np.array(view.rotation) @ np.array(recording.arm.shoulder_m) + np.array(view.translation_m))[2])
-    most_px = MOST_APART * recording.arm.forearm_m * view.matrix[0][0] / max(depth_m, 0.1)
+    most_px = MOST_APART * recording.arm.forearm_m * float(view.px_per_m(np.array([recording.arm.shoulder_m]))[0])
     if np.isfinite(here) and here > most_px:
         raise InputError(
             f"camera[{camera}].keypoints have the {side} wrist {here:.0f} px from the patch (median), expected at most "

@@ -85,7 +85,7 @@ def _arrays(path: Path) -> dict[str, Array]:
         raise InputError(f"{path}: no such file")
     try:
         from scipy.io import loadmat  # noqa: PLC0415 - an extra
-        from scipy.io.matlab import MatReadError  # noqa: PLC0415
+        from scipy.io.matlab import MatReadError  # noqa: PLC0415 - likewise
     except ImportError:
         raise InputError(f"{path}: reading MATLAB's files needs SciPy: pip install 'pytracker[mat]'") from None
     try:

@@ -29,6 +29,8 @@ SLACK_S = 0.1
 
 START_FROM_RAY = {"position_start_sd_m": 0.15, "velocity_start_sd": 0.3}
 """How well the first wrist is known where only the patch's ray and the arm's reach tell it, m and m/s."""
+LEAST_PX = 0.5
+"""No detector is better."""
 WRIST_KEYPOINT_M = 0.012
 """From frame to frame a detector's wrist is off by as much across the picture."""
 WRIST_KEYPOINT = {"offset_start_sd_m": 0.02}
@@ -104,9 +106,8 @@ def _by_keypoints(views: tuple[View, ...], arm: Arm) -> dict[str, float]:
     """A detector's wrist, in place of a patch, is as well known as its error is usual on people."""
     if any(view.patch_box is not None for view in views):
         return {}
-    camera = views[0].camera
-    depth_m = float((np.array(camera.rotation) @ np.array(arm.shoulder_m) + np.array(camera.translation_m))[2])
-    return WRIST_KEYPOINT | {"pixel_sd": WRIST_KEYPOINT_M * camera.matrix[0][0] / max(depth_m, 0.1)}
+    px_per_m = float(views[0].camera.px_per_m(np.array([arm.shoulder_m]))[0])
+    return WRIST_KEYPOINT | {"pixel_sd": max(LEAST_PX, WRIST_KEYPOINT_M * px_per_m)}
 
 
 def _view(folder: Path, place: str, entry: CameraEntry, mount: Array, side: str) -> View:

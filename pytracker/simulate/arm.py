@@ -28,6 +28,7 @@ from pytracker.rotation import (
     triple,
 )
 from pytracker.simulate.arm_senses import SENSES, beside, upper_arm_imu
+from pytracker.simulate.kinds import check_kind
 from pytracker.simulate.patterns import PATTERNS
 from pytracker.simulate.worn import RATE_HZ, Worn
 
@@ -75,8 +76,7 @@ class ArmScene:
         dropped_frames: share of frames in whose place the one before is shown again.
         clutter_noise: standard deviation of the image noise, grey levels.
         worn: as bad as life (`pytracker.simulate.worn`): sensor, strap, shoulder, clock, lengths and camera are off,
-            the
-            IMU gives 60 Hz.
+            the IMU gives 60 Hz.
         senses: what there is besides: patches on `shoulder` and `elbow`, a sensor on the `upper_arm` (which is worn).
     """
 
@@ -132,36 +132,6 @@ class ArmScene:
         senses = set(self.senses)
         is_good = senses <= set(SENSES) and len(senses) == len(self.senses)
         yield "senses", is_good, f"any of: {', '.join(SENSES)}, each once"
-
-
-def check_kind(name: str, value: object, default: object) -> None:
-    """`value` must be of the kind of its default; numbers must be finite. Raises `InputError`."""
-    if isinstance(default, bool):
-        ok, expected = isinstance(value, bool), "true or false"
-    elif isinstance(default, int):
-        ok, expected = isinstance(value, int) and not isinstance(value, bool), "a whole number"
-    elif isinstance(default, float):
-        ok, expected = _is_number(value), "a finite number"
-    elif isinstance(default, str):
-        ok, expected = isinstance(value, str), "a word"
-    elif name in ("occlusions", "hidden"):
-        ok = isinstance(value, tuple) and all(
-            isinstance(pair, tuple) and len(pair) == 2 and all(map(_is_number, pair)) for pair in value
-        )
-        expected = "pairs (from, to) in s"
-    elif name in ("imus", "senses"):
-        ok, expected = isinstance(value, tuple) and all(isinstance(word, str) for word in value), "names in a tuple"
-    else:
-        ok, expected = (
-            isinstance(value, tuple) and len(value) == 3 and all(map(_is_number, value)),
-            "three finite numbers",
-        )
-    if not ok:
-        raise InputError(f"{name} is {value!r}, expected {expected}")
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and bool(np.isfinite(value))
 
 
 class ArmSimulation:

@@ -22,9 +22,9 @@ from pytracker.output import whole_folder
 from pytracker.recording.camera import Camera
 from pytracker.recording.worn import ARM_SEGMENTS
 from pytracker.rotation import Array
-from pytracker.simulate.arm import check_kind
 from pytracker.simulate.arm_script import arm_script
 from pytracker.simulate.body_senses import write_imu, write_keypoints
+from pytracker.simulate.kinds import check_kind
 from pytracker.simulate.person import Clothes, Painter
 from pytracker.skeleton.average import average_skeleton
 from pytracker.skeleton.skeleton import Skeleton

@@ -88,10 +88,7 @@ def doubts(track: Track) -> tuple[str, ...]:
 
 def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
     """By the patch and the forearm's sensor, whatever else there is: what is usual is known of these."""
-    recording, sightings = track.recording, track.sightings
-    if recording.landmarks or recording.has_upper_arm:
-        recording = dataclasses.replace(recording, imus=recording.imus[:1], landmarks=())
-        sightings = dataclasses.replace(sightings, landmarks=())
+    recording, sightings = _without_senses(track.recording, track.sightings)
     found = _of_arm(recording, sightings, track.method.pixel_sd)
     if found or not isinstance(track.method, Smooth) or recording is track.recording:
         return found or _of_setup(track)
@@ -99,6 +96,14 @@ def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
         return _of_setup(track_arm(recording, track.method, track.seed, sightings=sightings))
     except TrackingError:
         return ()
+
+
+@functools.lru_cache(maxsize=1)  # the same recording for several methods, which then share what is found of it
+def _without_senses(recording: ArmRecording, sightings: Sightings) -> tuple[ArmRecording, Sightings]:
+    if not (recording.landmarks or recording.has_upper_arm):
+        return recording, sightings
+    alone = dataclasses.replace(recording, imus=recording.imus[:1], landmarks=())
+    return alone, dataclasses.replace(sightings, landmarks=())
 
 
 @functools.lru_cache(maxsize=1)  # several methods on one recording share it
