@@ -149,7 +149,8 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
     xsens = b"// Update Rate: 100.0Hz\n" + names + b"\n"
     xsens += b"\n".join(b"\t".join([b"%d" % k, *row[1:]]) for k, row in enumerate(rows))
     mt9 = b"\n".join(b"\t".join([*row[:7], b"1", b"0", b"0", b"20"]) for row in rows)
-    track = pt.write_report([pt.track(pt.load(arm), pt.Layered(particles=20))], folder / "track", page=False)
+    recording = pt.load(arm)
+    track = pt.write_report([pt.track(recording, pt.Layered(particles=20))], folder / "track", page=False)
     asf = SMALL_ASF.encode()
     (folder / "small.asf").write_bytes(asf)
     skeleton = read_asf(folder / "small.asf")
@@ -191,7 +192,11 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
             keypoints,
         ),
         ("mmpose.json", json.dumps({"instance_info": [{"frame_id": 0, "instances": [PERSON]}]}).encode(), keypoints),
-        ("track.csv", b"\n".join((track / "track.csv").read_bytes().split(b"\n")[:6]), read_track),
+        (
+            "track.csv",
+            b"\n".join((track / "track.csv").read_bytes().split(b"\n")[:6]),
+            lambda path: read_track(path, recording.camera),
+        ),
     ]
 
 

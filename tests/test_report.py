@@ -61,7 +61,7 @@ def test_track_csv_has_a_row_a_frame_and_reads_back(report: Path, tracks: list[p
     assert list(rows[0])[-4:] == ["ess", "log_evidence", "valid", "reason"]
     assert rows[55]["valid"] == "0"
     assert rows[55]["reason"]
-    back = read_track(path)
+    back = read_track(path, tracks[0].camera)
     assert np.allclose(back.joints["elbow"].mean, tracks[0].joints["elbow"].mean, atol=1e-6)
     truth = tracks[0].recording.truth
     ours, again = pt.evaluate(tracks[0], truth), pt.evaluate(back, truth)

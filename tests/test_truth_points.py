@@ -13,7 +13,11 @@ from test_cli import run
 import pytracker as pt
 from pytracker.formats.c3d import read_c3d
 from pytracker.formats.trc import read_trc
+from pytracker.recording.camera import Camera, WeakPerspective
+from pytracker.report.tables import TrackFile
+from pytracker.rotation import Matrix
 from pytracker.scores.evaluate import held
+from pytracker.tracking.tracks import JointTrack
 
 
 def test_real_trc_files_load(shared: Callable[[str], Path]) -> None:
@@ -162,3 +166,30 @@ def test_the_held_pose_is_the_first_estimate(body: pt.BodyRecording) -> None:
     expected = np.linalg.norm(track.joints["left_wrist"].mean[0] - body.truth.at("left_wrist", track.time_s), axis=1)
     assert scores.joints["left_wrist"].average_m == pytest.approx(float(np.nanmean(expected)))
     assert scores.joints["left_wrist"].median_m == pytest.approx(float(np.nanmedian(expected)))
+
+
+@pytest.mark.parametrize("pinhole", [False, True])
+def test_an_error_is_taken_apart_into_picture_and_depth(body: pt.BodyRecording, pinhole: bool) -> None:
+    away = np.array([0.6, 0.0, 0.8])  # the camera's own z, in the world
+    rotation: Matrix = ((0.8, 0.0, -0.6), (0.0, -1.0, 0.0), (-0.6, 0.0, -0.8))
+    weak = WeakPerspective(affine=((80.0, 0.0, -60.0, 160.0), (0.0, -100.0, 0.0, 120.0)))
+    matrix: Matrix = ((500.0, 0.0, 160.0), (0.0, 500.0, 120.0), (0.0, 0.0, 1.0))
+    far = Camera(matrix=matrix, rotation=rotation, translation_m=(0.0, 0.0, 1e4))
+    camera = far if pinhole else weak
+    assert body.truth is not None
+    truth = {name: rows[:20] for name, rows in body.truth.joints_m.items()}
+    off = np.zeros((20, 3))
+    off[:, 1] = 0.03  # across the picture in every frame, in depth in most; far across in five
+    off[:15] += 0.1 * away
+    off[15:, 1] = 0.3
+    bare = np.zeros((20, 3))
+    joints = {}
+    for name in ("root", "left_wrist"):
+        mean = truth[name] + off
+        joints[name] = JointTrack(mean=mean, mode=mean, sd=bare, lo=mean, hi=mean)
+    scored = TrackFile(body.truth.time_s[:20], joints, np.ones(20, dtype=bool), camera)
+    for score in pt.evaluate(scored, body.truth).joints.values():
+        assert score.across_m == pytest.approx(0.03, abs=1e-4)
+        assert score.depth_m == pytest.approx(0.1, abs=1e-4)
+        assert score.median_m == pytest.approx(np.hypot(0.03, 0.1), abs=1e-6)
+        assert score.lost_share == 0.25

@@ -75,7 +75,7 @@ def print_comparison(tracks: Sequence[pt.Track], quiet: bool) -> None:
     if quiet:
         return
     make = _arm_table if tracks[0].recording.kind == "arm" else _body_table
-    Console(width=None if sys.stdout.isatty() else 140).print(make(tracks))
+    Console(width=None if sys.stdout.isatty() else 140).print(make(tracks), _joints_table(tracks[0]))
 
 
 def _arm_table(tracks: Sequence[pt.Track]) -> Table:
@@ -95,6 +95,23 @@ def _arm_table(tracks: Sequence[pt.Track]) -> Table:
     s = pt.evaluate(held(tracks[0]), tracks[0].recording.truth).joints["wrist"]
     axes = [f"{100 * m:.1f} / {100 * d:.1f}" for m, d in zip(s.mean_m, s.sd_m, strict=True)]
     table.add_row(HELD, *axes, f"{100 * s.rms_m:.1f}", f"{100 * s.worst_m:.1f}", f"{100 * s.within_5cm:.0f} %", "")
+    return table
+
+
+def _joints_table(track: pt.Track) -> Table:
+    """Of the first method, and of the first pose held: what is typical, where it is off, and how often it is lost."""
+    table = Table(title="median error of each joint, cm", title_justify="left")
+    table.add_column(f"{labels([track])[0]} / {HELD}")
+    for name in ("3-D", "across the picture", "in depth", "lost (over 20 cm across)"):
+        table.add_column(name, justify="right", no_wrap=True)
+    ours, still = (pt.evaluate(of, track.recording.truth).joints for of in (track, held(track)))
+    for joint in ours:
+        pair = ours[joint], still[joint]
+        cells = [
+            " / ".join(f"{100 * getattr(s, quantity):.{digits}f}" for s in pair)
+            for quantity, digits in (("median_m", 1), ("across_m", 1), ("depth_m", 1), ("lost_share", 0))
+        ]
+        table.add_row(joint.replace("_", " "), *cells[:-1], f"{cells[-1]} %")
     return table
 
 

@@ -24,7 +24,9 @@ from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.index import render_index
-from pytracker.report.tables import read_run, read_track
+from pytracker.report.labels import HELD
+from pytracker.report.tables import plain, read_run, read_track
+from pytracker.scores.evaluate import held
 from pytracker.tracking.doubts import unbelieved
 from pytracker.tracking.track import default_method
 
@@ -211,13 +213,13 @@ def report(
 def evaluate(
     folder: Folder, results: Annotated[list[Path], typer.Argument(help="track.csv files, or folders that hold one.")]
 ) -> None:
-    """Score track.csv files against the recording's truth; prints JSON."""
-    truth = pt.load(folder).truth
-    scores = {}
-    for path in results:
-        file = path / "track.csv" if path.is_dir() else path
-        scores[str(path)] = pt.evaluate(read_track(file), truth).as_dict()
-    print(json.dumps(scores, indent=2))
+    """Score track.csv files, and the first one's first pose, held, against the recording's truth; prints JSON."""
+    recording = pt.load(folder)
+    files = [path / "track.csv" if path.is_dir() else path for path in results]
+    tracks = [read_track(file, recording.camera) for file in files]
+    shown = {str(path): track for path, track in zip(results, tracks, strict=True)} | {HELD: held(tracks[0])}
+    scores = {name: pt.evaluate(track, recording.truth).as_dict() for name, track in shown.items()}
+    print(json.dumps(plain(scores), indent=2))
 
 
 @commands.command()

@@ -64,6 +64,11 @@ class Camera:
         depth = points @ np.array(self.rotation)[2] + self.translation_m[2]
         return np.asarray(0.5 * (self.matrix[0][0] + self.matrix[1][1]) / depth)
 
+    def viewing_directions(self, points: Array) -> Array:
+        """Unit vectors `(T, 3)` from the camera to world points `(T, 3)`."""
+        rays = points - self.position_m
+        return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
+
     def ray(self, pixel: Array) -> Array:
         """Unit vector in the world, `(3,)`, from the camera through a pixel `(2,)`."""
         normal = np.linalg.solve(np.array(self.matrix), np.array([pixel[0], pixel[1], 1.0]))[:2]
@@ -103,6 +108,11 @@ class WeakPerspective:
     def px_per_m(self, points: Array) -> Array:
         """Pixels per metre at world points `(T, 3)`: the same everywhere, `(T,)`."""
         return np.full(len(points), float(np.linalg.norm(np.array(self.affine)[:, :3], axis=1).mean()))
+
+    def viewing_directions(self, points: Array) -> Array:
+        """Unit vectors `(T, 3)` along which it sees world points `(T, 3)`: the same everywhere."""
+        away = np.cross(*np.array(self.affine)[:, :3])
+        return np.tile(away / np.linalg.norm(away), (len(points), 1))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

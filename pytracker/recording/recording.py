@@ -170,6 +170,11 @@ class Recording:
     observer: ClassVar[Callable[[Recording, Any], Iterator[Observation]]]
     """What makes its observations: set by the stage that can, which comes after this one."""
 
+    @property
+    def camera(self) -> WeakPerspective | Camera:
+        """In whose picture and depth errors are taken apart."""
+        raise NotImplementedError
+
     def observations(self, evidence: Any = None) -> Iterator[Observation]:
         """All that was observed, in order of time: see `pytracker.evidence.observations`."""
         return type(self).observer(self, evidence)
@@ -194,6 +199,11 @@ class ArmRecording(Recording):
     upper_arm_sd_rad: float = UPPER_ARM_SD_RAD
 
     kind: ClassVar[str] = "arm"
+
+    @property
+    def camera(self) -> Camera:
+        """The first of the cameras."""
+        return self.views[0].camera
 
     @property
     def has_upper_arm(self) -> bool:
@@ -222,3 +232,8 @@ class BodyRecording(Recording):
     imu_sds_rad: tuple[float, ...] = ()
 
     kind: ClassVar[str] = "body"
+
+    @property
+    def camera(self) -> WeakPerspective | Camera:
+        """Its camera."""
+        return self.view.camera

@@ -19,6 +19,7 @@ from pytracker.digest import sha256_of
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.methods.method import Method
 from pytracker.methods.registry import method_of_class
+from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import Recording
 from pytracker.report.contents import Contents
 from pytracker.rotation import Array
@@ -27,7 +28,7 @@ from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.found import found_by
 from pytracker.tracking.tracks import JointTrack, Track
 
-__all__ = ["read_run", "read_track", "write_metadata", "write_scores", "write_track"]
+__all__ = ["TrackFile", "plain", "read_run", "read_track", "write_metadata", "write_scores", "write_track"]
 
 WORLDS = {"arm": "right-handed, z up", "body": "the skeleton's: right-handed, y up"}
 
@@ -79,14 +80,17 @@ class TrackFile:
         time_s: recording time `(T,)`, s.
         joints: by name.
         valid: whether the frame was tracked and the patch seen, `(T,)`.
+        camera: the first of its recording.
     """
 
-    def __init__(self, time_s: Array, joints: dict[str, JointTrack], valid: np.ndarray) -> None:
-        self.time_s, self.joints, self.valid = time_s, joints, valid
+    def __init__(
+        self, time_s: Array, joints: dict[str, JointTrack], valid: np.ndarray, camera: Camera | WeakPerspective
+    ) -> None:
+        self.time_s, self.joints, self.valid, self.camera = time_s, joints, valid, camera
 
 
-def read_track(path: Path) -> TrackFile:
-    """Read `track.csv`. Raises `InputError`."""
+def read_track(path: Path, camera: Camera | WeakPerspective) -> TrackFile:
+    """Read `track.csv` of a recording with that camera. Raises `InputError`."""
     lines = read_lines(path)
     names = lines[0].split(",")
     joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
@@ -110,7 +114,7 @@ def read_track(path: Path) -> TrackFile:
     for joint in joints:
         mean, sd, lo, hi = (columns(*(f"{joint}_{a}{s}_m" for a in "xyz")) for s, _ in QUANTITIES)
         tracks[joint] = JointTrack(mean=mean, mode=mean, sd=sd, lo=lo, hi=hi)
-    return TrackFile(columns("time_s")[:, 0], tracks, columns("valid")[:, 0] > 0)
+    return TrackFile(columns("time_s")[:, 0], tracks, columns("valid")[:, 0] > 0, camera)
 
 
 def write_scores(path: Path, scores: Sequence[Scores | None], labels: Sequence[str]) -> None:
@@ -189,13 +193,13 @@ def _name(path: Path, recording: Recording) -> str:
 
 
 def _json(path: Path, value: Any) -> None:
-    path.write_text(json.dumps(_plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
+    path.write_text(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
 
 
-def _plain(value: Any) -> Any:
-    """JSON has no NaN: what is no number is null."""
+def plain(value: Any) -> Any:
+    """As JSON can hold it, which has no NaN: what is no number is null."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -18,6 +18,7 @@ from pytracker._core import InputError
 from pytracker.rotation import Triple, triple
 
 if TYPE_CHECKING:
+    from pytracker.recording.camera import Camera, WeakPerspective
     from pytracker.recording.recording import Truth
     from pytracker.rotation import Array
     from pytracker.tracking.tracks import JointTrack
@@ -36,6 +37,8 @@ __all__ = [
 
 WITHIN_M = 0.05
 """The paper's error band (IV-A, Fig. 7)."""
+LOST_M = 0.2
+"""A joint that is farther off across the picture is lost."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,9 @@ class JointScores:
         sd_m: standard deviation of the error (Table I).
         rms_m: 3-D root mean square error.
         median_m: median 3-D error.
+        across_m: median error across the picture of the track's camera.
+        depth_m: median error along its viewing direction, without sign.
+        lost_share: share of frames that are off by more than 20 cm across the picture.
         average_m: mean 3-D error (Li & Kulić: Joint Average Error).
         average_sd_m: its standard deviation.
         worst_m: largest 3-D error.
@@ -62,6 +68,9 @@ class JointScores:
     sd_m: Triple
     rms_m: float
     median_m: float
+    across_m: float
+    depth_m: float
+    lost_share: float
     average_m: float
     average_sd_m: float
     worst_m: float
@@ -113,6 +122,10 @@ class Scored(Protocol):
     def valid(self) -> NDArray[np.bool_]:
         """`(T,)`."""
 
+    @property
+    def camera(self) -> Camera | WeakPerspective:
+        """In whose picture and depth errors are taken apart."""
+
 
 def evaluate(track: Scored, truth: Truth | None) -> Scores:
     """Score every joint that both have. Frames without truth or without a track are counted and left out.
@@ -130,7 +143,7 @@ def evaluate(track: Scored, truth: Truth | None) -> Scores:
         estimate = track.joints[joint]
         known = np.isfinite(at.sum(axis=1))
         tracked = np.isfinite(estimate.mean.sum(axis=1))
-        scores[joint] = _score(joint, estimate.mean, estimate.lo, estimate.hi, at, known & tracked)
+        scores[joint] = _score(joint, estimate, at, known & tracked, track.camera)
         without_truth = max(without_truth, int((~known).sum()))
         untracked = max(untracked, int((~tracked).sum()))
     distances = np.stack([_distance(track, truth, joint) for joint in joints])
@@ -152,6 +165,7 @@ class _Held:
     time_s: Array
     joints: Mapping[str, JointTrack]
     valid: NDArray[np.bool_]
+    camera: Camera | WeakPerspective
 
 
 def held(track: Scored) -> Scored:
@@ -165,28 +179,36 @@ def held(track: Scored) -> Scored:
         first = rows.mean[int(np.argmax(tracked))]
         still, none = np.where(tracked[:, None], first, np.nan), np.full_like(rows.mean, np.nan)
         joints[joint] = dataclasses.replace(rows, mean=still, mode=still, sd=none, lo=none, hi=none)
-    return _Held(track.time_s, joints, track.valid)
+    return _Held(track.time_s, joints, track.valid, track.camera)
 
 
-def _score(joint: str, mean: Array, lo: Array, hi: Array, truth: Array, use: np.ndarray) -> JointScores:
+def _score(
+    joint: str, track: JointTrack, truth: Array, use: np.ndarray, camera: Camera | WeakPerspective
+) -> JointScores:
     if not use.any():
         raise InputError(f"no frame has both a track and truth of the {joint}, expected the times to overlap")
-    error = (mean - truth)[use]
+    truth, lo, hi = truth[use], track.lo[use], track.hi[use]
+    error = track.mean[use] - truth
     distance = np.linalg.norm(error, axis=1)
-    inside = (lo[use] <= truth[use]) & (truth[use] <= hi[use])
+    depth = np.einsum("ti,ti->t", error, camera.viewing_directions(truth))
+    across = np.sqrt(np.maximum(distance**2 - depth**2, 0.0))
+    inside = (lo <= truth) & (truth <= hi)
     return JointScores(
         frames=int(use.sum()),
         mean_m=triple(error.mean(axis=0)),
         sd_m=triple(error.std(axis=0)),
         rms_m=float(np.sqrt((distance**2).mean())),
         median_m=float(np.median(distance)),
+        across_m=float(np.median(across)),
+        depth_m=float(np.median(np.abs(depth))),
+        lost_share=float((across > LOST_M).mean()),
         average_m=float(distance.mean()),
         average_sd_m=float(distance.std()),
         worst_m=float(distance.max()),
         worst_frame=int(np.flatnonzero(use)[np.argmax(distance)]),
         within_5cm=float((np.abs(error) <= WITHIN_M).all(axis=1).mean()),
         coverage=triple(inside.mean(axis=0)),
-        half_width_m=triple(((hi - lo)[use] / 2).mean(axis=0)),
+        half_width_m=triple(((hi - lo) / 2).mean(axis=0)),
     )
 
 

@@ -28,8 +28,12 @@ __all__ = ["COLUMNS", "OTHER_BUILD", "Result", "Source", "execute", "execute_any
 
 AXES = "xyz"
 TRIPLES = {"mean": "mean_m", "sd": "sd_m", "coverage": "coverage", "half_width": "half_width_m"}
+SINGLES = (
+    "frames", "rms_m", "median_m", "across_m", "depth_m", "lost_share",
+    "average_m", "average_sd_m", "worst_m", "within_5cm",
+)  # fmt: skip
 COLUMNS = (
-    "joint", "frames", "rms_m", "average_m", "average_sd_m", "worst_m", "within_5cm",
+    "joint", *SINGLES,
     *(f"{name}_{axis}" + ("" if name == "coverage" else "_m") for name in TRIPLES for axis in AXES),
     "spread_m", "ess_share", "valid_share",
 )  # fmt: skip
@@ -177,8 +181,7 @@ def _rows(result: Track) -> tuple[Row, ...]:
         row: Row = {"joint": name}
         if scores is not None and name in scores.joints:
             score = scores.joints[name]
-            for column in ("frames", "rms_m", "average_m", "average_sd_m", "worst_m", "within_5cm"):
-                row[column] = getattr(score, column)
+            row |= {column: getattr(score, column) for column in SINGLES}
             for column, attribute in TRIPLES.items():
                 unit = "" if column == "coverage" else "_m"
                 row |= {f"{column}_{a}{unit}": x for a, x in zip(AXES, getattr(score, attribute), strict=True)}

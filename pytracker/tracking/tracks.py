@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.methods.method import Method
+from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import Recording
 from pytracker.rotation import Array
 
@@ -70,3 +71,8 @@ class Track:
     reason: tuple[str, ...]
     stage_s: Mapping[str, float] = field(default_factory=dict)
     lost: str = ""
+
+    @property
+    def camera(self) -> Camera | WeakPerspective:
+        """The first camera: errors are taken apart into across its picture and in its depth."""
+        return self.recording.camera
