@@ -22,7 +22,7 @@
 //! | [`upper_arm`] | not in the paper: a sensor on the upper arm |
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
-//! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states |
+//! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states, `ways` to start from, `weighed` |
 //! | [`frame`] | a camera frame, with what the IMU has said up to it |
 //! | [`method`] | which filter, and what corrects it |
 //! | [`filter`] | one of them, sample by sample and frame by frame |
@@ -47,6 +47,8 @@ pub mod smooth;
 pub mod state;
 pub mod timeline;
 pub mod upper_arm;
+mod ways;
+mod weighed;
 pub mod worn;
 
 pub use filter::ArmFilter;

@@ -200,18 +200,18 @@ class Mixture(ArmMethod):
     corrections: tuple[str, ...] = ("arm_length",)
     components: int = 12
     accel_density: float = 0.085
-    arm_length_sd_m: float = 0.01
+    arm_length_sd_m: float = 0.012
     bias: bool = True
     bias_start_sd: float = 0.08
     bias_density: float = 0.03
     offset: bool = True
     offset_start_sd_m: float = 0.01
     accel_growth: float = 0.3
-    forearm_sd_rad: float = 0.08
+    forearm_sd_rad: float = 0.07
     tilt_start_sd_rad: float = 0.017
     tilt_density: float = 0.003
     shoulder: bool = True
-    shoulder_sd_m: float = 0.017
+    shoulder_sd_m: float = 0.022
     shoulder_density: float = 0.025
     clock_sd_s: float = 0.05
     landmark_sd_m: float = 0.03
@@ -241,6 +241,7 @@ class Smooth(Mixture):
     filter: ClassVar[str] = "smoother"
 
     arm_length_sd_m: float = 0.02
+    forearm_sd_rad: float = 0.08
     shoulder_sd_m: float = 0.03
     shoulder_density: float = 0.045
     upper_arm_sd_m: float = 0.012

@@ -52,16 +52,12 @@ pub(super) struct ArmBranch<'a> {
 }
 
 impl ArmBranch<'_> {
-    /// From the mixture's track.
+    /// From a trajectory.
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`].
-    pub fn smoothed(&self) -> Result<Smoothed> {
-        let from = |which: usize| {
-            smooth(self, self.steps.iter().map(|step| step.means[which].clone()).collect(), TURNS, SETTLED)
-        };
-        // Between two depths there may be no way on: then from the likelier one.
-        from(0).or_else(|_| from(1))
+    pub fn smoothed(&self, start: Vec<DVector<f64>>) -> Result<Smoothed> {
+        smooth(self, start, TURNS, SETTLED)
     }
 
     /// What a state says of the arm.

@@ -21,6 +21,8 @@ const MERGE_WITHIN: f64 = 0.5;
 const LEAST_WEIGHT: f64 = 1e-4;
 /// How often a measurement is linearised again.
 const TIMES: usize = 3;
+/// How soon is forgotten what told components apart, s: a worn sensor's errors last, so that they tell less than they seem to.
+const MEMORY_S: f64 = 1.3;
 /// A stretch of a ray as so many components.
 const ON_STRETCH: usize = 9;
 
@@ -156,6 +158,7 @@ impl ArmMixture {
     fn predict(&mut self, worn: Option<&WornMotion>, noise: &Noise) {
         let Some(motion) = worn else { return };
         let others = self.layout.others(noise);
+        self.state.forget((-motion.elapsed_s / MEMORY_S).exp());
         self.state.for_each(|gaussian| motion.predict(&mut gaussian.mean, &mut gaussian.covariance, &others));
     }
 

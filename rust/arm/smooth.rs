@@ -1,9 +1,9 @@
 //! The arm over a whole recording: the mixture's track, smoothed.
 //!
 //! Not in the paper. The state and its motion are those of [`super::mixture`], what is measured is [`super::measurements`], and the
-//! trajectory to start from is the mixture's. By how much the camera sees later than the IMU's clock says is constant and
+//! trajectories to start from are the mixture's and either depth of the arm's sphere (`ways`). By how much the camera sees later than the IMU's clock says is constant and
 //! bends everything: it is no column here. The frames are put at so many delays, each is a branch that is smoothed by itself,
-//! and they are weighed by their evidence.
+//! and all are weighed by their evidence (`weighed`).
 
 use super::branch::{ArmBranch, Step};
 use super::colour::sightings;
@@ -11,12 +11,14 @@ use super::landmark::Landmark;
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
 use super::setup::Setup;
-use super::state::{Arm, Layout, Noise, PLACES, POSITION, VELOCITY, View, WRIST};
+use super::state::{Arm, Layout, Noise, POSITION, VELOCITY, View};
 use super::timeline::Timeline;
 use super::upper_arm::{Direction, direction_at};
+use super::ways;
+use super::weighed::{Delayed, Way, together, weighed, weights};
 use super::worn::WornMotion;
 use crate::Result;
-use crate::estimate::{Estimate, Point};
+use crate::estimate::Estimate;
 use crate::filter::{Gaussian, Smoothed, successes, window};
 use crate::observation::Sample;
 use crate::quaternion::Quaternion;
@@ -29,8 +31,6 @@ const DELAYS: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
 /// Between them it is looked so often while one has most of the weight.
 const FINER: usize = 4;
 const MOST: f64 = 0.4;
-/// A branch of less weight is left out.
-const LEAST: f64 = 1e-4;
 
 /// What is known where a window starts amid a recording, beyond where the mixture has it: wrist, m, and velocity, m/s.
 const AMID_M: f64 = 0.1;
@@ -79,14 +79,6 @@ pub(super) struct Recorded<'a> {
     pub setup: Option<Setup>,
 }
 
-/// A delay of the camera, and the recording smoothed with it.
-struct Delayed {
-    delay_s: f64,
-    /// By prior and evidence, per s of delay.
-    log_density: f64,
-    estimates: Vec<Estimate>,
-}
-
 impl<'a> Recorded<'a> {
     /// The frames from `first` on, as many as are smoothed together, each given all about it; none beyond the last.
     ///
@@ -112,37 +104,57 @@ impl<'a> Recorded<'a> {
         &self.samples[first..until(self.frames[to - 1].time_s + apart)]
     }
 
-    /// One window: all delays, weighed.
+    /// One window: every way in which the arm may have gone at every delay, weighed.
     fn smoothed(&self) -> Result<Vec<Estimate>> {
+        let ways = successes(self.starts()?.par_iter().map(|start| self.way(start)).collect())?;
+        let parts = weighed(ways);
+        Ok((0..self.frames.len()).map(|frame| together(&parts, frame)).collect())
+    }
+
+    /// Trajectories that explain more than all about them where no frame is late, the likeliest first.
+    fn starts(&self) -> Result<Vec<Vec<DVector<f64>>>> {
+        let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
+        let steps = self.retimed(0.0, &noise)?;
+        let branch = self.branch(&noise, &steps);
+        let tries = ways::starts(&branch).into_par_iter().map(|start| branch.smoothed(start));
+        Ok(ways::distinct(successes(tries.collect())?))
+    }
+
+    fn branch<'b>(&'b self, noise: &'b Noise, steps: &'b [Step<'b>]) -> ArmBranch<'b> {
+        ArmBranch { arm: self.arm, noise, views: self.views, filter: self.filter, steps }
+    }
+
+    /// One way, at all delays.
+    fn way(&self, start: &[DVector<f64>]) -> Result<Way> {
         let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
         let delays = if known_sd > 0.0 { DELAYS.map(|delay| delay * known_sd).to_vec() } else { vec![0.0] };
-        let mut found = self.at_delays(&delays)?;
+        let mut found = self.at_delays(start, &delays)?;
         let mut apart = 0.5 * known_sd;
         for _ in 0..FINER {
-            let weights = weights(&found);
+            let (_, weights) = weights(&found);
             let best = (0..found.len()).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
             if apart == 0.0 || weights[best] < MOST {
                 break;
             }
             apart *= 0.5;
             let delay_s = found[best].delay_s;
-            found.extend(self.at_delays(&[delay_s - apart, delay_s + apart])?);
+            found.extend(self.at_delays(start, &[delay_s - apart, delay_s + apart])?);
             found.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
         }
-        let weights = weights(&found);
-        Ok((0..self.frames.len()).map(|frame| together(&found, &weights, frame)).collect())
+        let (log_density, weights) = weights(&found);
+        Ok(Way { log_density, delayed: weights.into_iter().zip(found).collect() })
     }
 
     /// Those of the delays with which a trajectory is found; an error where there is none.
-    fn at_delays(&self, delays: &[f64]) -> Result<Vec<Delayed>> {
-        successes(delays.par_iter().map(|delay_s| self.delayed(*delay_s)).collect())
+    fn at_delays(&self, start: &[DVector<f64>], delays: &[f64]) -> Result<Vec<Delayed>> {
+        successes(delays.par_iter().map(|delay_s| self.delayed(start, *delay_s)).collect())
     }
 
-    fn delayed(&self, delay_s: f64) -> Result<Delayed> {
+    fn delayed(&self, start: &[DVector<f64>], delay_s: f64) -> Result<Delayed> {
         let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
         let steps = self.retimed(delay_s, &noise)?;
-        let branch = ArmBranch { arm: self.arm, noise: &noise, views: self.views, filter: self.filter, steps: &steps };
-        let Smoothed { states, log_evidence, .. } = branch.smoothed()?;
+        let branch = self.branch(&noise, &steps);
+        let Smoothed { states, log_evidence, .. } = branch.smoothed(start.to_vec())?;
         let estimate =
             |(step, state)| Estimate { log_evidence: Some(log_evidence[step]), ..branch.estimate(step, state) };
         let estimates = states.iter().enumerate().map(estimate).collect();
@@ -219,44 +231,4 @@ impl<'a> Recorded<'a> {
             estimate.doubt = if frame.is_unknown { Some(UNKNOWN) } else { doubt };
         }
     }
-}
-
-/// Weights of delays in increasing order, each for the stretch about it.
-fn weights(found: &[Delayed]) -> Vec<f64> {
-    let most = found.iter().map(|one| one.log_density).fold(f64::NEG_INFINITY, f64::max);
-    let at = |k: usize| found[k].delay_s;
-    let last = found.len() - 1;
-    let width = |k: usize| if last == 0 { 1.0 } else { at((k + 1).min(last)) - at(k.saturating_sub(1)) };
-    let each: Vec<f64> = (0..found.len()).map(|k| (found[k].log_density - most).exp() * width(k)).collect();
-    let sum: f64 = each.iter().sum();
-    each.into_iter().map(|weight| weight / sum).collect()
-}
-
-/// One estimate of a frame from those of all delays; the delay is the last column of its state.
-fn together(found: &[Delayed], weights: &[f64], frame: usize) -> Estimate {
-    let parts: Vec<(f64, &Delayed)> =
-        weights.iter().copied().zip(found).filter(|(weight, _)| *weight > LEAST).collect();
-    let sum: f64 = parts.iter().map(|(weight, _)| weight).sum();
-    let parts: Vec<(f64, &Delayed)> = parts.into_iter().map(|(weight, one)| (weight / sum, one)).collect();
-    let of = |one: &Delayed| one.estimates[frame].state.mean.push(one.delay_s);
-    let mut mean = of(parts[0].1) * 0.0;
-    for (weight, one) in &parts {
-        mean += of(one) * *weight;
-    }
-    let dim = mean.len();
-    let mut covariance = &mean * mean.transpose() * 0.0;
-    for (weight, one) in &parts {
-        let off = of(one) - &mean;
-        covariance += &off * off.transpose() * *weight;
-        let mut own = covariance.view_mut((0, 0), (dim - 1, dim - 1));
-        own += &one.estimates[frame].state.covariance * *weight;
-    }
-    let point = |place: usize| {
-        let each = parts.iter().map(|(weight, one)| (*weight, &one.estimates[frame].places[place]));
-        Point::together(&each.collect::<Vec<_>>())
-    };
-    let places: Vec<Point> = (0..PLACES.len()).map(point).collect();
-    let state = places[WRIST].with_state(mean, covariance);
-    let evidence = parts.iter().map(|(weight, one)| weight * one.estimates[frame].log_evidence.unwrap_or(0.0)).sum();
-    Estimate { state, places, log_evidence: Some(evidence), ..parts[0].1.estimates[frame].clone() }
 }

@@ -121,6 +121,12 @@ impl Mixture {
         self.normalise();
     }
 
+    /// Forget some of what told the components apart: weights to the power of `kept`, 0 to 1.
+    pub fn forget(&mut self, kept: f64) {
+        self.components.iter_mut().for_each(|component| component.log_weight *= kept);
+        self.normalise();
+    }
+
     /// Mean `(D,)` and covariance `(D, D)` of all.
     pub fn moments(&self) -> (DVector<f64>, DMatrix<f64>) {
         let dim = self.components[0].gaussian.mean.len();
@@ -270,6 +276,18 @@ mod tests {
         let share: f64 = left.map(|c| c.log_weight.exp()).sum();
         assert!((0.2..0.8).contains(&share), "{share} {:?}", mixture.components());
         assert!(mixture.components().iter().all(|c| (c.gaussian.mean[0].abs() - 1.0).abs() < 0.1));
+    }
+
+    #[test]
+    fn what_is_forgotten_makes_components_more_alike() {
+        let one = |mean, share: f64| Component { gaussian: gaussian(&[mean], &[1.0]), log_weight: share.ln() };
+        let mut mixture = Mixture::of(vec![one(0.0, 0.9), one(5.0, 0.1)]);
+        mixture.forget(1.0);
+        close(mixture.components()[0].log_weight.exp(), 0.9, 1e-12);
+        mixture.forget(0.5);
+        close(mixture.components()[0].log_weight.exp(), 0.75, 1e-12);
+        mixture.forget(0.0);
+        close(mixture.components()[1].log_weight.exp(), 0.5, 1e-12);
     }
 
     #[test]
