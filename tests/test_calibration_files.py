@@ -7,6 +7,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from test_cli import run
 
 import pytracker as pt
 from pytracker.formats.calibration import read_calibration
@@ -168,3 +169,52 @@ def test_a_lens_is_not_passed_over(tmp_path: Path, old: str, new: str, expected:
     (tmp_path / "camera.yaml").write_text(text.replace(old, new), "utf-8")
     with pytest.raises(pt.InputError, match=expected):
         read_calibration(tmp_path / "camera.yaml")
+
+
+OURS = """
+matrix = [[612.5, 0.0, 318.25], [0.0, 610.0, 241.0], [0.0, 0.0, 1.0]]
+distortion = [0.1, -0.2, 0.001, 0.002, 0.03]
+rotation = [[0.0, -1.0, 0.0], [0.6, 0.0, -0.8], [0.8, 0.0, 0.6]]
+translation_m = [0.1, 0.2, 3.0]
+"""
+
+
+@pytest.mark.parametrize("suffix", ["toml", "yml"])
+def test_what_is_written_for_others_is_read_back(tmp_path: Path, suffix: str) -> None:
+    known, out = tmp_path / "camera.toml", tmp_path / f"theirs.{suffix}"
+    known.write_text(OURS)
+    done = run("calibrate", "export", known, out, "--size", "640x480", "--name", "left")
+    assert done.returncode == 0, done.stderr
+    ours, theirs = read_calibration(known), read_calibration(out)
+    for key, value in ours.items():
+        assert np.array(theirs[key]) == pytest.approx(np.array(value), abs=1e-12), key
+    refused = run("calibrate", "export", known, out, "--size", "640x480")
+    assert refused.returncode == 2
+    assert "already exists" in refused.stderr
+
+
+def test_opencv_reads_what_is_written_for_it(tmp_path: Path) -> None:
+    (tmp_path / "camera.toml").write_text(OURS)
+    assert run("calibrate", "export", tmp_path / "camera.toml", tmp_path / "o.yml", "--size", "640x480").returncode == 0
+    storage = cv2.FileStorage(str(tmp_path / "o.yml"), cv2.FILE_STORAGE_READ)
+    ours = read_calibration(tmp_path / "camera.toml")
+    assert storage.getNode("image_width").real() == 640
+    for node, key in (
+        ("camera_matrix", "matrix"),
+        ("rotation_matrix", "rotation"),
+        ("translation_vector", "translation_m"),
+    ):
+        assert storage.getNode(node).mat().squeeze() == pytest.approx(np.array(ours[key]))
+
+
+def test_what_cannot_be_written_is_said(tmp_path: Path) -> None:
+    known = tmp_path / "camera.toml"
+    known.write_text("distortion = [0.0, 0.0, 0.0, 0.0, 0.0]\n")
+    for out, size, words in (
+        ("c.toml", "640x480", "matrix of the camera is None, expected 3 x 3 numbers"),
+        ("c.txt", "640x480", r"expected a name that ends in .toml"),
+        ("c.toml", "640", "--size is '640', expected width and height"),
+    ):
+        done = run("calibrate", "export", known, tmp_path / out, "--size", size)
+        assert done.returncode == 2
+        assert words in " ".join(done.stderr.split())

@@ -1,4 +1,4 @@
-"""Commands about cameras: `board`, `calibrate camera`, `calibrate pose`."""
+"""Commands about cameras: `board`, `calibrate camera`, `calibrate pose`, `calibrate export`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import pytracker as pt
 from pytracker.cli.options import Force, Quiet, check_new, say
 from pytracker.cli.terminal import frames_bar
 from pytracker.evidence.boards import Board, BoardKind
+from pytracker.formats.calibration import read_calibration
+from pytracker.formats.calibration_write import calibration_text
 from pytracker.formats.points import read_points
 from pytracker.formats.toml_file import parse_toml
 from pytracker.output import write_whole
@@ -31,13 +33,17 @@ SquareMm = Annotated[float, typer.Option("--square-mm", help="Side of a square a
 FEW_PX = 3.0
 
 
+def _size(words: str, option: str, example: str) -> tuple[int, int]:
+    parts = words.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() and len(part) < 6 and int(part) for part in parts):
+        raise pt.InputError(f"{option} is {words!r}, expected {example}")
+    return int(parts[0]), int(parts[1])
+
+
 def _board(
     kind: BoardKind, squares: str, square_mm: float, dictionary: str = "5X5_250", *, inverted: bool = False
 ) -> Board:
-    parts = squares.lower().split("x")
-    if len(parts) != 2 or not all(part.isdigit() and len(part) < 4 for part in parts):
-        raise pt.InputError(f"--squares is {squares!r}, expected columns and rows such as 7x5")
-    size = int(parts[0]), int(parts[1])
+    size = _size(squares, "--squares", "columns and rows such as 7x5")
     return Board(kind, size, square_mm / 1000, dictionary.upper().removeprefix("DICT_"), inverted)
 
 
@@ -126,3 +132,19 @@ def pose(
 
 
 POSE_KEYS = ("rotation", "translation_m")
+
+
+@calibrate.command("export")
+def export(
+    known: Annotated[Path, typer.Argument(help="TOML with matrix and what else is known of the camera.")],
+    out: Annotated[Path, typer.Argument(help=".toml for Pose2Sim and AniPose, .yml for OpenCV.")],
+    size: Annotated[str, typer.Option(help="Width x height of its pictures, px.", metavar="1920x1080")],
+    name: Annotated[str, typer.Option(help="What the camera is called there.")] = "cam_01",
+    camera: Annotated[str | None, typer.Option(help="Which of several cameras of the file.")] = None,
+    force: Force = False,
+) -> None:
+    """Write a camera as others read it: Pose2Sim's and AniPose's TOML, or OpenCV's YAML."""
+    check_new(out, out.suffix, force=force)
+    size_px = _size(size, "--size", "width and height such as 1920x1080")
+    write_whole(out, calibration_text(out, read_calibration(known, camera), size_px, name), force=force)
+    print(f"wrote {out}")
