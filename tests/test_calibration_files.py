@@ -214,7 +214,29 @@ def test_what_cannot_be_written_is_said(tmp_path: Path) -> None:
         ("c.toml", "640x480", "matrix of the camera is None, expected 3 x 3 numbers"),
         ("c.txt", "640x480", r"expected a name that ends in .toml"),
         ("c.toml", "640", "--size is '640', expected width and height"),
+        ("c.toml", "\u00b2x480", "expected width and height"),
     ):
         done = run("calibrate", "export", known, tmp_path / out, "--size", size)
         assert done.returncode == 2
         assert words in " ".join(done.stderr.split())
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("translation_m = [0.1, 0.2, 3.0]", ""), "the camera has rotation, expected both"),
+        (("rotation = [[0.0, -1.0, 0.0]", "rotation = [[0.0, 1.0, 0.0]"), "rotation"),
+        (("[[612.5", "[[0.0"), "focal"),
+    ],
+    ids=["half a pose", "mirrored", "no focal length"],
+)
+def test_a_camera_that_is_none_is_not_written(tmp_path: Path, change: tuple[str, str], words: str) -> None:
+    known, out = tmp_path / "camera.toml", tmp_path / "theirs.toml"
+    known.write_text(OURS.replace(*change))
+    done = run("calibrate", "export", known, out, "--size", "640x480")
+    assert done.returncode == 2
+    assert words in " ".join(done.stderr.split())
+    assert not out.exists()
+    known.write_text(OURS)
+    done = run("calibrate", "export", known, out, "--size", "640x480", "--camera", "nobody")
+    assert "'nobody' is named" in " ".join(done.stderr.split())

@@ -13,7 +13,7 @@ from pytracker.methods import ArmMethod
 
 
 @pytest.mark.parametrize(
-    ("method", "most_m", "least"), [(pt.Smooth(), 0.08, 0.92), (pt.Mixture(), 0.12, 0.75)], ids=["smooth", "mixture"]
+    ("method", "most_m", "least"), [(pt.Smooth(), 0.08, 0.92), (pt.Mixture(), 0.11, 0.87)], ids=["smooth", "mixture"]
 )
 def test_arms_of_people_are_followed(
     shared: Callable[[str], Path], method: ArmMethod, most_m: float, least: float

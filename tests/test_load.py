@@ -245,3 +245,14 @@ def test_a_camera_of_another_size_is_said(simulated: Path, tmp_path: Path) -> No
     assert any(
         "camera[0].matrix has its principal point at (190, 240)" in warning for warning in pt.load(folder).warnings
     )
+
+
+def test_points_that_show_one_direction_only_are_refused(simulated_body: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "line"
+    shutil.copytree(simulated_body, folder)
+    header, *rows = (folder / "points.csv").read_text("utf-8").splitlines()
+    cells = [row.split(",") for row in rows]
+    lines = [",".join([*row[:3], row[3], str(2.0 * float(row[3]))]) for row in cells]
+    (folder / "points.csv").write_text("\n".join([header, *lines]) + "\n", "utf-8")
+    with pytest.raises(pt.InputError, match="expected pixels of different directions"):
+        pt.load(folder)

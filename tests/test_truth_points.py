@@ -114,6 +114,7 @@ def test_a_body_is_scored_against_points(simulated_body: Path, tmp_path: Path, z
     result = run("track", folder, "--out", tmp_path / "out")
     assert result.returncode == 0, result.stderr
     assert "first pose held" in result.stdout
+    assert "median error of each joint" in result.stdout
     recording, angles = pt.load(folder), pt.load(simulated_body)
     assert recording.truth is not None
     assert angles.truth is not None
@@ -122,6 +123,8 @@ def test_a_body_is_scored_against_points(simulated_body: Path, tmp_path: Path, z
     page = (tmp_path / "out" / "index.html").read_text("utf-8")
     assert "first pose held" in page
     assert "left elbow</th>" not in page  # no truth of it
+    assert "Joint by joint" in page
+    assert "<td>left wrist</td>" in page
     assert "first pose held" in (tmp_path / "out" / "scores.json").read_text("utf-8")
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import typer
 
 import pytracker as pt
+from pytracker._core import check_camera
 from pytracker.cli.options import Force, Quiet, check_new, say
 from pytracker.cli.terminal import frames_bar
 from pytracker.evidence.boards import Board, BoardKind
@@ -35,7 +36,7 @@ FEW_PX = 3.0
 
 def _size(words: str, option: str, example: str) -> tuple[int, int]:
     parts = words.lower().split("x")
-    if len(parts) != 2 or not all(part.isdigit() and len(part) < 6 and int(part) for part in parts):
+    if len(parts) != 2 or not all(part.isascii() and part.isdigit() and len(part) < 6 and int(part) for part in parts):
         raise pt.InputError(f"{option} is {words!r}, expected {example}")
     return int(parts[0]), int(parts[1])
 
@@ -132,6 +133,7 @@ def pose(
 
 
 POSE_KEYS = ("rotation", "translation_m")
+CAMERA_KEYS = ("matrix", "distortion", *POSE_KEYS)
 
 
 @calibrate.command("export")
@@ -146,5 +148,11 @@ def export(
     """Write a camera as others read it: Pose2Sim's and AniPose's TOML, or OpenCV's YAML."""
     check_new(out, out.suffix, force=force)
     size_px = _size(size, "--size", "width and height such as 1920x1080")
-    write_whole(out, calibration_text(out, read_calibration(known, camera), size_px, name), force=force)
+    given = read_calibration(known, camera)
+    text = calibration_text(out, given, size_px, name)
+    try:
+        check_camera(pt.Camera(**{key: given[key] for key in CAMERA_KEYS if key in given}))
+    except pt.InputError as error:
+        raise pt.InputError(f"{known}: {error}") from None
+    write_whole(out, text, force=force)
     print(f"wrote {out}")

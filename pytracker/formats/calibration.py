@@ -53,6 +53,8 @@ def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, A
         data = parse_toml(path)
         cameras = {str(name): table for name, table in _tables(data) if "matrix" in table}
         if not cameras:
+            if camera is not None:
+                raise InputError(f"{path}: holds one camera without a name, and {camera!r} is named, expected none")
             return data
         return _of_toml(path, _chosen(path, cameras, camera))
     text = "\n".join(read_lines(path))

@@ -24,7 +24,7 @@ def calibration_text(path: Path, camera: Mapping[str, Any], size_px: tuple[int, 
     """What to write to `path`, whose suffix tells the format: `.toml`, or `.yml` and `.yaml`.
 
     `camera` has the keys of `[[camera]]`: matrix, and where they are known distortion, rotation and translation_m.
-    Raises `InputError` for another suffix, or values of another shape.
+    Raises `InputError` for another suffix, values of another shape, half a pose, or none, which TOML must have.
     """
     suffix = path.suffix.lower()
     if suffix != ".toml" and suffix not in YAML:
@@ -33,9 +33,14 @@ def calibration_text(path: Path, camera: Mapping[str, Any], size_px: tuple[int, 
         )
     matrix = _numbers(camera, "matrix", (3, 3))
     distortion = _numbers(camera, "distortion", (5,)) if "distortion" in camera else np.zeros(5)
-    has_pose = "rotation" in camera and "translation_m" in camera
-    rotation = _numbers(camera, "rotation", (3, 3)) if has_pose else None
-    translation = _numbers(camera, "translation_m", (3,)) if has_pose else None
+    pose = [key for key in ("rotation", "translation_m") if key in camera]
+    if len(pose) == 1 or (not pose and suffix == ".toml"):
+        raise InputError(
+            f"the camera has {pose[0] if pose else 'neither rotation nor translation_m'}, expected both: "
+            "pytracker calibrate pose"
+        )
+    rotation = _numbers(camera, "rotation", (3, 3)) if pose else None
+    translation = _numbers(camera, "translation_m", (3,)) if pose else None
     if suffix in YAML:
         return _yaml(matrix, distortion, rotation, translation, size_px)
     table: dict[str, Any] = {"name": name, "size": [float(side) for side in size_px], "matrix": matrix.tolist()}

@@ -34,16 +34,7 @@ def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
     fit: ProjectionFit | None = None
     camera: WeakPerspective | Camera
     if entry.points is not None:
-        points = read_points(folder / entry.points)
-        try:
-            fit = fit_weak_perspective(*points)
-        except InputError as error:
-            raise InputError(f"{folder / entry.points}: {error}") from None
-        if fit.rmse.max() > POOR_FIT_PX:
-            raise InputError(
-                f"{folder / entry.points}: the points fit weak perspective to {fit.rmse[0]:.1f} and "
-                f"{fit.rmse[1]:.1f} px, expected at most {POOR_FIT_PX:.0f} px: check their order and units"
-            )
+        fit = _fitted(folder / entry.points)
         camera = camera_of(fit)
     elif entry.affine is not None:
         camera = _affine(path, entry.affine)
@@ -86,19 +77,41 @@ def _frames_of(folder: Path, path: Path, entry: BodyCameraEntry) -> tuple[Path, 
     return folder / entry.keypoints, video.VideoInfo(*entry.size_px, 0, entry.rate_hz)
 
 
+def _fitted(path: Path) -> ProjectionFit:
+    """Weak perspective fitted to a file of points. Raises `InputError` where it is poor, or sees one direction only."""
+    points = read_points(path)
+    try:
+        fit = fit_weak_perspective(*points)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if fit.rmse.max() > POOR_FIT_PX:
+        raise InputError(
+            f"{path}: the points fit weak perspective to {fit.rmse[0]:.1f} and "
+            f"{fit.rmse[1]:.1f} px, expected at most {POOR_FIT_PX:.0f} px: check their order and units"
+        )
+    if not _spans(camera_of(fit).affine):
+        raise InputError(f"{path}: u and v of the points go with each other, expected pixels of different directions")
+    return fit
+
+
 def _affine(path: Path, rows: tuple[tuple[float, ...], tuple[float, ...]]) -> WeakPerspective:
     """2x3 (x, y, constant) or 2x4 (x, y, z, constant)."""
     widths = [len(row) for row in rows]
     if widths not in ([3, 3], [4, 4]):
         raise InputError(f"{path}: camera[0].affine has rows of {widths} numbers, expected 2 x 3 or 2 x 4")
     u, v = (row if len(row) == 4 else (row[0], row[1], 0.0, row[2]) for row in rows)
-    a, b = np.array(u[:3]), np.array(v[:3])
-    if not np.linalg.norm(np.cross(a, b)) > 0.1 * np.linalg.norm(a) * np.linalg.norm(b):
+    if not _spans((u, v)):
         raise InputError(
             f"{path}: camera[0].affine is {[list(row) for row in rows]}, expected rows in px/m that are not zero and "
             "point in different directions"
         )
     return WeakPerspective(affine=(u, v))
+
+
+def _spans(affine: tuple[tuple[float, ...], tuple[float, ...]]) -> bool:
+    """Whether its rows are not zero and point in different directions."""
+    a, b = (np.array(row[:3]) for row in affine)
+    return bool(np.linalg.norm(np.cross(a, b)) > 0.1 * np.linalg.norm(a) * np.linalg.norm(b))
 
 
 def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:

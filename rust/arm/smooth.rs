@@ -1,9 +1,9 @@
 //! The arm over a whole recording: the mixture's track, smoothed.
 //!
 //! Not in the paper. The state and its motion are those of [`super::mixture`], what is measured is [`super::measurements`], and the
-//! trajectories to start from are the mixture's and either depth of the arm's sphere (`ways`). By how much the camera sees later than the IMU's clock says is constant and
-//! bends everything: it is no column here. The frames are put at so many delays, each is a branch that is smoothed by itself,
-//! and all are weighed by their evidence (`weighed`).
+//! trajectories to start from are the mixture's and either depth of the arm's sphere (`ways`). By how much the camera sees later
+//! than the IMU's clock says is constant and bends everything: it is no column here. The frames are put at so many delays, each
+//! is a branch that is smoothed by itself, and all are weighed by their evidence (`weighed`).
 
 use super::branch::{ArmBranch, Step};
 use super::colour::sightings;
@@ -116,8 +116,10 @@ impl<'a> Recorded<'a> {
         let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
         let steps = self.retimed(0.0, &noise)?;
         let branch = self.branch(&noise, &steps);
-        let tries = ways::starts(&branch).into_par_iter().map(|start| branch.smoothed(start));
-        Ok(ways::distinct(successes(tries.collect())?))
+        let starts = ways::starts(&branch);
+        let tries = starts.par_iter().map(|start| branch.smoothed(start.clone()));
+        // Where none leads anywhere at this delay, one may at another.
+        Ok(successes(tries.collect()).map_or(starts.clone(), ways::distinct))
     }
 
     fn branch<'b>(&'b self, noise: &'b Noise, steps: &'b [Step<'b>]) -> ArmBranch<'b> {
@@ -128,10 +130,11 @@ impl<'a> Recorded<'a> {
     fn way(&self, start: &[DVector<f64>]) -> Result<Way> {
         let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
         let delays = if known_sd > 0.0 { DELAYS.map(|delay| delay * known_sd).to_vec() } else { vec![0.0] };
+        let alone_s = if known_sd > 0.0 { known_sd } else { 1.0 };
         let mut found = self.at_delays(start, &delays)?;
         let mut apart = 0.5 * known_sd;
         for _ in 0..FINER {
-            let (_, weights) = weights(&found);
+            let (_, weights) = weights(&found, alone_s);
             let best = (0..found.len()).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
             if apart == 0.0 || weights[best] < MOST {
                 break;
@@ -141,7 +144,7 @@ impl<'a> Recorded<'a> {
             found.extend(self.at_delays(start, &[delay_s - apart, delay_s + apart])?);
             found.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
         }
-        let (log_density, weights) = weights(&found);
+        let (log_density, weights) = weights(&found, alone_s);
         Ok(Way { log_density, delayed: weights.into_iter().zip(found).collect() })
     }
 

@@ -43,12 +43,13 @@ pub(super) fn weighed(ways: Vec<Way>) -> Vec<(f64, Delayed)> {
     parts
 }
 
-/// Log density of delays in increasing order together, and the weight of each for the stretch about it.
-pub(super) fn weights(found: &[Delayed]) -> (f64, Vec<f64>) {
+/// Log density of delays in increasing order together, and the weight of each for the stretch about it; one that is alone stands for
+/// `alone_s`.
+pub(super) fn weights(found: &[Delayed], alone_s: f64) -> (f64, Vec<f64>) {
     let most = found.iter().map(|one| one.log_density).fold(f64::NEG_INFINITY, f64::max);
     let at = |k: usize| found[k].delay_s;
     let last = found.len() - 1;
-    let width = |k: usize| if last == 0 { 1.0 } else { at((k + 1).min(last)) - at(k.saturating_sub(1)) };
+    let width = |k: usize| if last == 0 { alone_s } else { at((k + 1).min(last)) - at(k.saturating_sub(1)) };
     let each: Vec<f64> = (0..found.len()).map(|k| (found[k].log_density - most).exp() * width(k)).collect();
     let sum: f64 = each.iter().sum();
     (most + sum.ln(), each.into_iter().map(|weight| weight / sum).collect())
@@ -93,9 +94,11 @@ mod tests {
         let at = |delays: &[f64]| delays.iter().map(|d| delayed(*d, -0.5 * (d / 0.01).powi(2))).collect::<Vec<_>>();
         let even: Vec<f64> = (-40..=40).map(|k| 0.001 * f64::from(k)).collect();
         let finer: Vec<f64> = (-80..=80).map(|k| 0.0005 * f64::from(k)).collect();
-        let (integral, weights_of_even) = weights(&at(&even));
-        assert!((integral - weights(&at(&finer)).0).abs() < 1e-3);
+        let (integral, weights_of_even) = weights(&at(&even), 1.0);
+        assert!((integral - weights(&at(&finer), 1.0).0).abs() < 1e-3);
         assert!((weights_of_even.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        // As much as one of several that are so far apart.
+        assert!((weights(&[delayed(0.0, 0.0)], 0.002).0 - 0.002f64.ln()).abs() < 1e-12);
     }
 
     /// Ways are told apart by a quarter of their evidence; what has next to no weight goes.

@@ -121,7 +121,8 @@ impl Mixture {
         self.normalise();
     }
 
-    /// Forget some of what told the components apart: weights to the power of `kept`, 0 to 1.
+    /// Forget some of what told the components apart: weights to the power of `kept`, 0 to 1. Those of the parts of one that was
+    /// split become more alike too, so that it grows somewhat wider until it is seen again.
     pub fn forget(&mut self, kept: f64) {
         self.components.iter_mut().for_each(|component| component.log_weight *= kept);
         self.normalise();
