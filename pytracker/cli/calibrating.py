@@ -32,11 +32,14 @@ Dictionary = Annotated[str, typer.Option(help="Of a ChArUco board's markers, as 
 Inverted = Annotated[bool, typer.Option("--inverted", help="A board that is white on black.")]
 SquareMm = Annotated[float, typer.Option("--square-mm", help="Side of a square as measured, mm.")]
 FEW_PX = 3.0
+POSE_KEYS = ("rotation", "translation_m")
+CAMERA_KEYS = ("matrix", "distortion", *POSE_KEYS)
 
 
-def _size(words: str, option: str, example: str) -> tuple[int, int]:
+def _size(words: str, option: str, most: int, example: str) -> tuple[int, int]:
     parts = words.lower().split("x")
-    if len(parts) != 2 or not all(part.isascii() and part.isdigit() and len(part) < 6 and int(part) for part in parts):
+    is_number = [part.isascii() and part.isdigit() and len(part) < 6 and 1 <= int(part) <= most for part in parts]
+    if is_number != [True, True]:
         raise pt.InputError(f"{option} is {words!r}, expected {example}")
     return int(parts[0]), int(parts[1])
 
@@ -44,7 +47,7 @@ def _size(words: str, option: str, example: str) -> tuple[int, int]:
 def _board(
     kind: BoardKind, squares: str, square_mm: float, dictionary: str = "5X5_250", *, inverted: bool = False
 ) -> Board:
-    size = _size(squares, "--squares", "columns and rows such as 7x5")
+    size = _size(squares, "--squares", 999, "columns and rows such as 7x5")
     return Board(kind, size, square_mm / 1000, dictionary.upper().removeprefix("DICT_"), inverted)
 
 
@@ -132,10 +135,6 @@ def pose(
     print(f"wrote rotation and translation_m into {known}")
 
 
-POSE_KEYS = ("rotation", "translation_m")
-CAMERA_KEYS = ("matrix", "distortion", *POSE_KEYS)
-
-
 @calibrate.command("export")
 def export(
     known: Annotated[Path, typer.Argument(help="TOML with matrix and what else is known of the camera.")],
@@ -147,7 +146,7 @@ def export(
 ) -> None:
     """Write a camera as others read it: Pose2Sim's and AniPose's TOML, or OpenCV's YAML."""
     check_new(out, out.suffix, force=force)
-    size_px = _size(size, "--size", "width and height such as 1920x1080")
+    size_px = _size(size, "--size", 99999, "width and height such as 1920x1080")
     given = read_calibration(known, camera)
     text = calibration_text(out, given, size_px, name)
     try:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -149,7 +150,7 @@ class BodyView:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Recording:
+class Recording(ABC):
     """What every folder holds.
 
     Attributes:
@@ -171,9 +172,9 @@ class Recording:
     """What makes its observations: set by the stage that can, which comes after this one."""
 
     @property
+    @abstractmethod
     def camera(self) -> WeakPerspective | Camera:
         """In whose picture and depth errors are taken apart."""
-        raise NotImplementedError
 
     def observations(self, evidence: Any = None) -> Iterator[Observation]:
         """All that was observed, in order of time: see `pytracker.evidence.observations`."""
