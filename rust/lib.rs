@@ -30,6 +30,7 @@
 //! | [`arm`] | wrist IMU and colour patch (Tao & Hu 2008): models, cues, methods |
 //! | [`body`] | upper body from one camera (Li & Kulić 2010): figure, cues, methods |
 //! | [`observation`], [`tracker`], [`estimate`] | what goes into the one online tracker of both, and what comes out |
+//! | [`smoothing`] | the same of a whole recording, window by window |
 
 pub mod arm;
 pub mod body;
@@ -45,6 +46,7 @@ pub mod resample;
 pub mod rng;
 mod saved;
 pub mod skeleton;
+pub mod smoothing;
 mod sums;
 pub mod tracker;
 
@@ -54,6 +56,7 @@ mod python;
 pub use error::Error;
 pub use estimate::{Estimate, Point};
 pub use observation::{Observation, Sample, What};
+pub use smoothing::Smoothing;
 pub use tracker::Tracker;
 
 /// What every fallible call of this crate returns.

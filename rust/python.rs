@@ -63,7 +63,7 @@ mod _core {
     #[pymodule_export]
     use super::skeleton::Skeleton;
     #[pymodule_export]
-    use super::tracker::Tracker;
+    use super::tracker::{Smoothing, Tracker};
     #[pymodule_export]
     use super::{InputError, TrackingError};
 

@@ -12,6 +12,7 @@ use crate::estimate::Estimate;
 use crate::filter::Recorder;
 use crate::observation::{Observation, What};
 use crate::particles::ParticleSet;
+use crate::smoothing::Smoothing;
 use crate::{Error, Result, saved};
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -248,16 +249,18 @@ impl Tracker {
         }
     }
 
-    /// Frames so far, from number `first` on, each given those about it: as many as are smoothed together; none beyond the
-    /// last, or of a method that does not smooth.
+    /// The next of the frames so far, each given those about it: as many as are smoothed together; none after the last, or of a
+    /// method that does not smooth. What was given before is in `smoothing`, which is of this tracker.
     ///
     /// # Errors
     /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
-    pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
-        match &self.subject {
+    pub fn smoothed(&self, smoothing: &mut Smoothing) -> Result<Vec<Estimate>> {
+        let first = smoothing.next();
+        let stretch = match &self.subject {
             Subject::Arm(arm) => arm.smoothed(first),
             Subject::Body(body) => body.smoothed(first),
-        }
+        };
+        Ok(smoothing.joined(stretch?))
     }
 
     /// The particles as they stand, with their weights; none of a Gaussian method.

@@ -12,7 +12,7 @@ use pytracker::body::cues::limits::Limits;
 use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
 use pytracker::body::sloped::{Rows, Sloped};
 use pytracker::body::{BodyMethod, CueName, Figure, Group, Momentum, Picture};
-use pytracker::{Error, Tracker};
+use pytracker::{Error, Estimate, Smoothing, Tracker};
 
 /// The root's place, the left shoulder's three turns and the elbow's.
 const FREE: [usize; 6] = [0, 1, 6, 7, 8, 9];
@@ -120,12 +120,16 @@ fn followed(count: u32, seed: u64) -> Tracker {
     tracker
 }
 
+fn smoothed(tracker: &Tracker) -> Vec<Estimate> {
+    tracker.smoothed(&mut Smoothing::default()).unwrap()
+}
+
 /// Two ways on look alike where a limb passes through the picture's plane: how it moves tells them apart.
 #[test]
 fn a_limb_goes_on_as_it_moves() {
     for seed in 0..4 {
-        let tracker = followed(61, seed);
-        let estimates = tracker.smoothed(0).unwrap();
+        let (tracker, mut smoothing) = (followed(61, seed), Smoothing::default());
+        let estimates = tracker.smoothed(&mut smoothing).unwrap();
         assert_eq!(estimates.len(), 61);
         for estimate in &estimates {
             let (found, truth) = (estimate.state.mean[2], turned(estimate.time_s));
@@ -133,7 +137,7 @@ fn a_limb_goes_on_as_it_moves() {
             let wrist = &estimate.places[6];
             assert!(wrist.lo.z <= wrist.mean.z && wrist.mean.z <= wrist.hi.z);
         }
-        assert!(tracker.smoothed(61).unwrap().is_empty());
+        assert!(tracker.smoothed(&mut smoothing).unwrap().is_empty());
     }
 }
 
@@ -142,10 +146,10 @@ fn a_limb_goes_on_as_it_moves() {
 fn what_is_kept_is_saved() {
     let kept = followed(20, 1);
     let again = Tracker::restore(&kept.save().unwrap()).unwrap();
-    assert_eq!(kept.smoothed(0).unwrap(), again.smoothed(0).unwrap());
+    assert_eq!(smoothed(&kept), smoothed(&again));
     let mut plain = tracker(figure(&FREE), method(layer(&ALL, &[CueName::Keypoints], SUM), 0.0), 1).unwrap();
     update(&mut plain, 0.0, &seen_at(0.0)).unwrap();
-    assert!(plain.smoothed(0).unwrap().is_empty());
+    assert!(smoothed(&plain).is_empty());
 }
 
 #[test]

@@ -218,7 +218,8 @@ def test_a_long_recording_is_smoothed_window_by_window_and_its_clock_may_drift()
     assert min(scores.coverage) > 0.85
     clock = track.state_mean[:, -1]
     assert clock[-1] - clock[0] == pytest.approx(0.006, abs=0.006)
-    steps = np.linalg.norm(np.diff(track.joints["wrist"].mean, axis=0), axis=1)
     assert recording.truth is not None
-    true = np.linalg.norm(np.diff(recording.truth.at("wrist", track.time_s), axis=0), axis=1)
-    assert np.nanmax(np.abs(steps - true)) < 0.03
+    off = track.joints["wrist"].mean - recording.truth.at("wrist", track.time_s)
+    jumps = np.linalg.norm(np.diff(off, axis=0), axis=1)
+    for seam in done[:-1]:
+        assert jumps[seam - 5 : seam + 5].max() < 2.0 * np.nanquantile(jumps, 0.95)

@@ -20,6 +20,7 @@ use crate::filter::{Gaussian, Recorder};
 use crate::observation::Sample;
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
+use crate::smoothing::Windowed;
 use crate::{Error, Result};
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
@@ -257,14 +258,14 @@ impl ArmFilter {
     ///
     /// # Errors
     /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
-    pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
+    pub(crate) fn smoothed(&self, first: usize) -> Result<Windowed> {
         match (&self.kept, &self.filter) {
             (Some(Memory { frames, samples, setup }), Filter::Mixture(filter)) => {
                 let Self { arm, noise, views, directions, .. } = self;
                 let setup = *setup;
-                Recorded { arm, noise, views, filter, frames, samples, directions, setup }.estimates(first)
+                Recorded { arm, noise, views, filter, frames, samples, directions, setup }.window(first)
             }
-            _ => Ok(Vec::new()),
+            _ => Ok(Windowed::default()),
         }
     }
 

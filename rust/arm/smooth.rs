@@ -19,9 +19,10 @@ use super::weighed::{Delayed, Way, together, weighed, weights};
 use super::worn::WornMotion;
 use crate::Result;
 use crate::estimate::Estimate;
-use crate::filter::{Gaussian, Smoothed, successes, window};
+use crate::filter::{Gaussian, Smoothed, Window, successes};
 use crate::observation::Sample;
 use crate::quaternion::Quaternion;
+use crate::smoothing::Windowed;
 use nalgebra::{DMatrix, DVector, Vector2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -84,16 +85,17 @@ impl<'a> Recorded<'a> {
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`] where no trajectory is found.
-    pub fn estimates(&self, first: usize) -> Result<Vec<Estimate>> {
+    pub fn window(&self, first: usize) -> Result<Windowed> {
         let count = self.frames.len();
         if first >= count {
-            return Ok(Vec::new());
+            return Ok(Windowed::default());
         }
-        let (end, [from, to]) = window(first, count);
+        let Window { end, until, seen: [from, to], .. } = Window::new(first, count);
         let part = Self { frames: &self.frames[from..to], samples: self.samples_of(from, to), ..*self };
-        let mut estimates: Vec<Estimate> = part.smoothed()?.into_iter().skip(first - from).take(end - first).collect();
-        self.judge(first, &mut estimates);
-        Ok(estimates)
+        let mut own: Vec<Estimate> = part.smoothed()?.into_iter().skip(first - from).take(until - first).collect();
+        self.judge(first, &mut own);
+        let beyond = own.split_off(end - first);
+        Ok(Windowed { own, beyond })
     }
 
     /// The samples that frames may need, however late they were seen.

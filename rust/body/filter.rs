@@ -15,6 +15,7 @@ use crate::estimate::{Estimate, Point};
 use crate::filter::{Islands, Layer, LayeredFilter, Recorder};
 use crate::particles::ParticleSet;
 use crate::projection::Projection;
+use crate::smoothing::Windowed;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
@@ -169,10 +170,10 @@ impl BodyFilter {
     ///
     /// # Errors
     /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
-    pub fn smoothed(&self, first: usize) -> Result<Vec<Estimate>> {
+    pub(crate) fn smoothed(&self, first: usize) -> Result<Windowed> {
         let Self { figure, projection, method, kept, .. } = self;
-        method.smoothing.as_ref().map_or(Ok(Vec::new()), |momentum| {
-            Recorded { figure, projection, method, momentum, frames: kept }.estimates(first)
+        method.smoothing.as_ref().map_or(Ok(Windowed::default()), |momentum| {
+            Recorded { figure, projection, method, momentum, frames: kept }.window(first)
         })
     }
 

@@ -14,9 +14,10 @@ use super::sloped::Sloped;
 use super::trajectory::{Body, Kept, Pulls, Trajectory};
 use crate::Result;
 use crate::estimate::{Estimate, Point};
-use crate::filter::{Component, Gaussian, Mixture, settle, smooth, successes, window};
+use crate::filter::{Component, Gaussian, Mixture, Window, settle, smooth, successes};
 use crate::particles::{Interval, LOWER, Summary, UPPER};
 use crate::projection::Projection;
+use crate::smoothing::Windowed;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 
@@ -81,18 +82,19 @@ impl Recorded<'_> {
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`] where no trajectory is found.
-    pub fn estimates(&self, first: usize) -> Result<Vec<Estimate>> {
+    pub fn window(&self, first: usize) -> Result<Windowed> {
         let count = self.frames.len();
         if first >= count {
-            return Ok(Vec::new());
+            return Ok(Windowed::default());
         }
-        let (end, [from, to]) = window(first, count);
+        let Window { end, until, seen: [from, to], .. } = Window::new(first, count);
         let branches = self.branches(from, to)?;
         let of_frame = |frame: usize| {
             let each = branches.iter().map(|branch| (branch.weight, &branch.states[frame - from]));
             self.estimate(&self.frames[frame], &each.collect::<Vec<_>>()).checked()
         };
-        (first..end).map(of_frame).collect()
+        let own = (first..end).map(of_frame).collect::<Result<_>>()?;
+        Ok(Windowed { own, beyond: (end..until).map(of_frame).collect::<Result<_>>()? })
     }
 
     /// One window: every branch, with its weight, the heaviest first.

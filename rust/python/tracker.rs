@@ -14,6 +14,7 @@ use crate::error::guarded;
 use crate::estimate;
 use crate::filter::History;
 use crate::particles::ParticleSet;
+use crate::smoothing;
 use crate::tracker::{self, Subject};
 use crate::{Error, Result, observation};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, ToPyArray};
@@ -28,6 +29,28 @@ use pyo3::types::{PyBytes, PyDict};
 /// and copied, but while observations wait: a copy goes on where this stands.
 #[pyclass(module = "pytracker._core")]
 pub struct Tracker(tracker::Tracker);
+
+/// A recording that is smoothed window by window: see `Tracker.smoothed`.
+#[pyclass(module = "pytracker._core")]
+pub struct Smoothing {
+    tracker: Py<Tracker>,
+    threads: Option<usize>,
+    of: smoothing::Smoothing,
+}
+
+#[pymethods]
+impl Smoothing {
+    fn __iter__(slf: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        slf
+    }
+
+    fn __next__<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let Self { tracker, threads, of } = self;
+        let tracker = &tracker.bind(py).borrow().0;
+        let estimates = compute(py, *threads, || tracker.smoothed(of))?;
+        if estimates.is_empty() { Ok(None) } else { Ok(Some(table(py, &tracker.places(), &estimates)?)) }
+    }
+}
 
 /// What a body's tracker needs of a `pytracker.Skeleton`, read.
 #[derive(FromPyObject)]
@@ -145,12 +168,11 @@ impl Tracker {
         Ok(self.named(of))
     }
 
-    /// Frames so far, from number `first` on, each given those about it: a dict of arrays as of `run`, as many rows as are
-    /// smoothed together; none beyond the last, or of a method that does not smooth. Raises `TrackingError` where no
-    /// trajectory is found.
-    #[pyo3(signature = (first, threads = None))]
-    fn smoothed<'py>(&self, py: Python<'py>, first: usize, threads: Option<usize>) -> PyResult<Bound<'py, PyDict>> {
-        table(py, &self.0.places(), &compute(py, threads, || self.0.smoothed(first))?)
+    /// Frames so far, each given those about it: an iterator of dicts of arrays as of `run`, as many rows as are smoothed
+    /// together; of none where the method does not smooth. It raises `TrackingError` where no trajectory is found.
+    #[pyo3(signature = (threads = None))]
+    fn smoothed(slf: Py<Self>, threads: Option<usize>) -> Smoothing {
+        Smoothing { tracker: slf, threads, of: smoothing::Smoothing::default() }
     }
 
     /// Where states `(N, D)` put the joints: by name, world, m `(N, 3)`; an arm's forearm as at the last frame. Raises

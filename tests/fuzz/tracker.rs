@@ -18,7 +18,7 @@ use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
-use pytracker::{Estimate, Observation, Point, Sample, Tracker};
+use pytracker::{Estimate, Observation, Point, Sample, Smoothing, Tracker};
 
 /// Numbers out of bytes: mostly such as sensors give, now and then such as they never do.
 struct Bytes<'a>(&'a [u8]);
@@ -163,7 +163,7 @@ fuzz_target!(|data: &[u8]| {
         }
     }
     tracker.finish().iter().flatten().for_each(is_one);
-    for estimate in tracker.smoothed(0).unwrap_or_default() {
+    for estimate in tracker.smoothed(&mut Smoothing::default()).unwrap_or_default() {
         is_one(&estimate);
     }
 });

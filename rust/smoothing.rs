@@ -1,0 +1,178 @@
+//! A smoothed recording, window by window: where two meet, one goes over into the next.
+//!
+//! Each window finds for itself what is constant of a recording, so that two of them put the same frame at somewhat different
+//! places. Over a seam of frames that both have smoothed the weight goes from one to the other: nothing jumps, and where they
+//! disagree the band reaches over both.
+
+use crate::estimate::{Estimate, Point};
+use crate::particles::{Interval, NORMAL_UPPER, Summary};
+use nalgebra::{DVector, Vector3};
+
+/// Poses that are nearer than so many of their standard deviations, together, are one on its way to the other.
+const ALIKE_SD: f64 = 2.0;
+
+/// What one window says.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Windowed {
+    /// Of its own frames.
+    pub own: Vec<Estimate>,
+    /// Of the first frames of the next.
+    pub beyond: Vec<Estimate>,
+}
+
+/// How far a recording was smoothed: see [`crate::Tracker::smoothed`].
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Smoothing {
+    next: usize,
+    beyond: Vec<Estimate>,
+}
+
+impl Smoothing {
+    /// Number of the frame that comes next.
+    pub(crate) fn next(&self) -> usize {
+        self.next
+    }
+
+    /// The next frames, gone over into from what the window before said of them.
+    pub(crate) fn joined(&mut self, Windowed { mut own, beyond }: Windowed) -> Vec<Estimate> {
+        let before = std::mem::replace(&mut self.beyond, beyond);
+        let count = before.len() as f64;
+        for (k, (before, after)) in before.iter().zip(&mut own).enumerate() {
+            let passed = (k as f64 + 0.5) / count;
+            // Neither places nor speeds jump.
+            *after = between(before, after, passed * passed * (3.0 - 2.0 * passed));
+        }
+        self.next += own.len();
+        own
+    }
+}
+
+/// An estimate `share` of the way from one of the same frame to another.
+fn between(before: &Estimate, after: &Estimate, share: f64) -> Estimate {
+    let nearer = if share < 0.5 { before } else { after };
+    let places = before.places.iter().zip(&after.places).map(|(before, after)| point(before, after, share));
+    let evidence = before.log_evidence.zip(after.log_evidence);
+    Estimate {
+        state: state(&before.state, &after.state, share),
+        places: places.collect(),
+        log_evidence: evidence.map(|(before, after)| before + share * (after - before)),
+        ..nearer.clone()
+    }
+}
+
+fn state(before: &Summary, after: &Summary, share: f64) -> Summary {
+    let off = &after.mean - &before.mean;
+    let covariance = &before.covariance * (1.0 - share) + &after.covariance * share;
+    let sd = |of: &Summary, d: usize| of.covariance[(d, d)].max(0.0).sqrt();
+    let is_one = (0..off.len()).all(|d| off[d].abs() <= ALIKE_SD * (sd(before, d) + sd(after, d)));
+    let along = |of: fn(&Summary) -> &DVector<f64>| match (is_one, share < 0.5) {
+        (true, _) => of(before).lerp(of(after), share),
+        (false, true) => of(before).clone(),
+        (false, false) => of(after).clone(),
+    };
+    let (mean, mode) = (along(|of| &of.mean), along(|of| &of.mode));
+    let pairs = before.bands.iter().zip(&after.bands).enumerate();
+    let band = |(d, (b, a)): (usize, (&Interval, &Interval))| {
+        let [lo, hi] = reach([b.lo, b.hi], [a.lo, a.hi], [before.mean[d], after.mean[d]], share);
+        Interval { lo, hi }
+    };
+    Summary {
+        bands: pairs.map(band).collect(),
+        mean,
+        mode,
+        covariance: covariance + &off * off.transpose() * spread(share),
+    }
+}
+
+fn point(before: &Point, after: &Point, share: f64) -> Point {
+    let off = after.mean - before.mean;
+    let sd = Vector3::from_fn(|d, _| {
+        let variance = (1.0 - share) * before.sd[d].powi(2) + share * after.sd[d].powi(2);
+        (variance + spread(share) * off[d] * off[d]).sqrt()
+    });
+    let band = Vector3::from_fn(|d, _| {
+        let band = |of: &Point| [of.lo[d], of.hi[d]];
+        reach(band(before), band(after), [before.mean[d], after.mean[d]], share)
+    });
+    let is_one = (after.mode - before.mode).norm() <= ALIKE_SD * (before.sd.norm() + after.sd.norm());
+    let nearer = if share < 0.5 { before.mode } else { after.mode };
+    Point {
+        mean: before.mean.lerp(&after.mean, share),
+        mode: if is_one { before.mode.lerp(&after.mode, share) } else { nearer },
+        sd,
+        lo: band.map(|[lo, _]| lo),
+        hi: band.map(|[_, hi]| hi),
+    }
+}
+
+/// Variance of one or the other, at 0 and 1.
+fn spread(share: f64) -> f64 {
+    share * (1.0 - share)
+}
+
+/// Band between two, which reaches farther where they disagree.
+fn reach(before: [f64; 2], after: [f64; 2], means: [f64; 2], share: f64) -> [f64; 2] {
+    let between = |[a, b]: [f64; 2]| a + share * (b - a);
+    let (mean, [lo, hi]) = (between(means), [0, 1].map(|side| between([before[side], after[side]])));
+    let apart = NORMAL_UPPER * spread(share).sqrt() * (means[1] - means[0]);
+    [mean - (mean - lo).hypot(apart), mean + (hi - mean).hypot(apart)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    fn estimate(x: f64, sd: f64) -> Estimate {
+        let mean = Vector3::new(x, 0.0, 1.0);
+        let reach = Vector3::from_element(NORMAL_UPPER * sd);
+        let place = Point { mean, mode: mean, sd: Vector3::from_element(sd), lo: mean - reach, hi: mean + reach };
+        let state = place.with_state(DVector::from_column_slice(mean.as_slice()), DMatrix::identity(3, 3) * sd * sd);
+        Estimate {
+            time_s: 0.0,
+            state,
+            places: vec![place],
+            ess: None,
+            log_evidence: Some(x),
+            doubt: None,
+            blobs: [None; 3],
+        }
+    }
+
+    fn joined(before: &Estimate, after: &Estimate, frames: usize) -> Vec<Estimate> {
+        let mut smoothing = Smoothing::default();
+        let stretch = |of: &Estimate, beyond| Windowed { own: vec![of.clone(); 2 * frames], beyond };
+        let first = smoothing.joined(stretch(before, vec![before.clone(); frames]));
+        assert_eq!((first.len(), smoothing.next()), (2 * frames, 2 * frames));
+        let all = [first, smoothing.joined(stretch(after, Vec::new()))].concat();
+        assert_eq!(smoothing.next(), all.len());
+        all
+    }
+
+    /// Two windows that put an arm 3 cm apart: no step is larger than a seam's share of it, and the ends are what either said.
+    #[test]
+    fn a_seam_is_no_jump() {
+        let (before, after) = (estimate(0.0, 0.02), estimate(0.03, 0.01));
+        let all = joined(&before, &after, 100);
+        assert_eq!((&all[0], &all[199], &all[300], &all[399]), (&before, &before, &after, &after));
+        for pair in all.windows(2) {
+            let [a, b] = [&pair[0].places[0], &pair[1].places[0]];
+            assert!((b.mean.x - a.mean.x).abs() < 0.0005 && (b.mode.x - a.mode.x).abs() < 0.0005);
+            assert!((b.lo.x - a.lo.x).abs() < 0.001 && (b.hi.x - a.hi.x).abs() < 0.001);
+        }
+        let middle = &all[250];
+        assert!((middle.state.mean[0] - middle.places[0].mean.x).abs() < 1e-12);
+        assert!((middle.state.bands[0].lo - middle.places[0].lo.x).abs() < 1e-12);
+        assert!(middle.state.covariance[(0, 0)] > 0.015f64.powi(2));
+    }
+
+    /// Far apart, the band holds both; the mode and the pose are of one of them.
+    #[test]
+    fn where_windows_disagree_the_band_holds_both() {
+        let all = joined(&estimate(0.0, 0.01), &estimate(0.4, 0.01), 10);
+        let middle = &all[25].places[0];
+        assert!(middle.lo.x < 0.0 && middle.hi.x > 0.4 && middle.sd.x > 0.19);
+        assert!(all.iter().all(|one| [0.0, 0.4].contains(&one.places[0].mode.x)));
+        assert!(all.iter().all(|one| [0.0, 0.4].contains(&one.state.mean[0])));
+    }
+}
