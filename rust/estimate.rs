@@ -103,6 +103,9 @@ impl Point {
         let variance = |d: usize| axis(d).iter().map(|(w, m, sd)| w * (sd * sd + (m - mean[d]).powi(2))).sum::<f64>();
         let density = |(weight, _, sd): &(f64, Vector3<f64>, Vector3<f64>)| weight / (sd.x * sd.y * sd.z);
         let mode = parts.iter().max_by(|a, b| density(a).total_cmp(&density(b))).map_or(mean, |part| part.1);
+        if let [(_, mean, sd)] = parts {
+            return Self { mean: *mean, mode, sd: *sd, lo: mean - NORMAL_UPPER * sd, hi: mean + NORMAL_UPPER * sd };
+        }
         Self {
             mean,
             mode,

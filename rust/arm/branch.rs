@@ -10,7 +10,7 @@ use super::upper_arm::Direction;
 use super::worn::{CORE, WornMotion};
 use crate::Result;
 use crate::estimate::Estimate;
-use crate::filter::{Chain, Component, Gaussian, Linear, Smoothed, smooth, surprise};
+use crate::filter::{Chain, Component, Gaussian, Linear, Settled, Smoothed, settle, smooth, surprise};
 use crate::quaternion::Quaternion;
 use nalgebra::{DMatrix, DVector, Vector2};
 
@@ -58,6 +58,14 @@ impl ArmBranch<'_> {
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`].
     pub fn smoothed(&self, start: Vec<DVector<f64>>) -> Result<Smoothed> {
         smooth(self, start, TURNS, SETTLED)
+    }
+
+    /// The trajectory alone.
+    ///
+    /// # Errors
+    /// As [`Self::smoothed`].
+    pub fn settled(&self, start: Vec<DVector<f64>>) -> Result<Settled> {
+        settle(self, start, TURNS, SETTLED)
     }
 
     /// What a state says of the arm.

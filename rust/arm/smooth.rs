@@ -67,6 +67,13 @@ pub struct Memory {
     pub setup: Option<Setup>,
 }
 
+/// A recording at some delay, smoothed.
+struct Retimed<'a> {
+    steps: Vec<Step<'a>>,
+    states: Vec<Gaussian>,
+    log_evidence: Vec<f64>,
+}
+
 /// A recording of an arm that a mixture has been through.
 #[derive(Clone, Copy)]
 pub(super) struct Recorded<'a> {
@@ -108,18 +115,20 @@ impl<'a> Recorded<'a> {
 
     /// One window: every way in which the arm may have gone at every delay, weighed.
     fn smoothed(&self) -> Result<Vec<Estimate>> {
-        let ways = successes(self.starts()?.par_iter().map(|start| self.way(start)).collect())?;
-        let parts = weighed(ways);
-        Ok((0..self.frames.len()).map(|frame| together(&parts, frame)).collect())
+        let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
+        let ways = self.starts(&noise)?.par_iter().map(|start| self.way(start, &noise)).collect();
+        // Most delays weigh nothing: what the others say is worked out alone.
+        let parts = weighed(successes(ways)?).into_par_iter();
+        let parts: Vec<_> = parts.map(|(weight, delayed)| (weight, self.said(delayed, &noise))).collect();
+        Ok((0..self.frames.len()).into_par_iter().map(|frame| together(&parts, frame)).collect())
     }
 
     /// Trajectories that explain more than all about them where no frame is late, the likeliest first.
-    fn starts(&self) -> Result<Vec<Vec<DVector<f64>>>> {
-        let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
-        let steps = self.retimed(0.0, &noise)?;
-        let branch = self.branch(&noise, &steps);
+    fn starts(&self, noise: &Noise) -> Result<Vec<Vec<DVector<f64>>>> {
+        let steps = self.retimed(0.0, noise)?;
+        let branch = self.branch(noise, &steps);
         let starts = ways::starts(&branch);
-        let tries = starts.par_iter().map(|start| branch.smoothed(start.clone()));
+        let tries = starts.par_iter().map(|start| branch.settled(start.clone()));
         // Where none leads anywhere at this delay, one may at another.
         Ok(successes(tries.collect()).map_or(starts.clone(), ways::distinct))
     }
@@ -129,11 +138,11 @@ impl<'a> Recorded<'a> {
     }
 
     /// One way, at all delays.
-    fn way(&self, start: &[DVector<f64>]) -> Result<Way> {
+    fn way(&self, start: &[DVector<f64>], noise: &Noise) -> Result<Way<Retimed<'a>>> {
         let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
         let delays = if known_sd > 0.0 { DELAYS.map(|delay| delay * known_sd).to_vec() } else { vec![0.0] };
         let alone_s = if known_sd > 0.0 { known_sd } else { 1.0 };
-        let mut found = self.at_delays(start, &delays)?;
+        let mut found = self.at_delays(start, &delays, noise)?;
         let mut apart = 0.5 * known_sd;
         for _ in 0..FINER {
             let (_, weights) = weights(&found, alone_s);
@@ -143,7 +152,7 @@ impl<'a> Recorded<'a> {
             }
             apart *= 0.5;
             let delay_s = found[best].delay_s;
-            found.extend(self.at_delays(start, &[delay_s - apart, delay_s + apart])?);
+            found.extend(self.at_delays(start, &[delay_s - apart, delay_s + apart], noise)?);
             found.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
         }
         let (log_density, weights) = weights(&found, alone_s);
@@ -151,21 +160,30 @@ impl<'a> Recorded<'a> {
     }
 
     /// Those of the delays with which a trajectory is found; an error where there is none.
-    fn at_delays(&self, start: &[DVector<f64>], delays: &[f64]) -> Result<Vec<Delayed>> {
-        successes(delays.par_iter().map(|delay_s| self.delayed(start, *delay_s)).collect())
+    fn at_delays(&self, start: &[DVector<f64>], delays: &[f64], noise: &Noise) -> Result<Vec<Delayed<Retimed<'a>>>> {
+        successes(delays.par_iter().map(|delay_s| self.delayed(start, *delay_s, noise)).collect())
     }
 
-    fn delayed(&self, start: &[DVector<f64>], delay_s: f64) -> Result<Delayed> {
-        let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
-        let steps = self.retimed(delay_s, &noise)?;
-        let branch = self.branch(&noise, &steps);
-        let Smoothed { states, log_evidence, .. } = branch.smoothed(start.to_vec())?;
-        let estimate =
-            |(step, state)| Estimate { log_evidence: Some(log_evidence[step]), ..branch.estimate(step, state) };
-        let estimates = states.iter().enumerate().map(estimate).collect();
+    fn delayed(&self, start: &[DVector<f64>], delay_s: f64, noise: &Noise) -> Result<Delayed<Retimed<'a>>> {
+        let steps = self.retimed(delay_s, noise)?;
+        let Smoothed { states, log_evidence, .. } = self.branch(noise, &steps).smoothed(start.to_vec())?;
         let in_sd =
             self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
-        Ok(Delayed { delay_s, log_density: log_evidence.iter().sum::<f64>() - 0.5 * in_sd * in_sd, estimates })
+        let log_density = log_evidence.iter().sum::<f64>() - 0.5 * in_sd * in_sd;
+        Ok(Delayed { delay_s, log_density, of: Retimed { steps, states, log_evidence } })
+    }
+
+    /// What a smoothed trajectory says, frame by frame.
+    fn said(
+        &self,
+        Delayed { delay_s, log_density, of }: Delayed<Retimed<'_>>,
+        noise: &Noise,
+    ) -> Delayed<Vec<Estimate>> {
+        let Retimed { steps, states, log_evidence } = of;
+        let branch = self.branch(noise, &steps);
+        let estimate =
+            |(step, state)| Estimate { log_evidence: Some(log_evidence[step]), ..branch.estimate(step, state) };
+        Delayed { delay_s, log_density, of: states.iter().enumerate().map(estimate).collect() }
     }
 
     /// The frames, seen so much later by the IMU's clock; without the clock's column, which is the last.

@@ -6,21 +6,19 @@
 use super::branch::ArmBranch;
 use super::colour::sightings;
 use super::state::{POSITION, VELOCITY};
-use crate::filter::Smoothed;
+use crate::filter::Settled;
 use nalgebra::{DVector, Vector3};
 
 /// Trajectories that are nearer on average are one, m.
 const ONE_M: f64 = 0.01;
 
 /// Those that are not one, the likeliest first.
-pub(super) fn distinct(mut settled: Vec<Smoothed>) -> Vec<Vec<DVector<f64>>> {
-    let evidence = |one: &Smoothed| one.log_evidence.iter().sum::<f64>();
-    settled.sort_by(|a, b| evidence(b).total_cmp(&evidence(a)));
+pub(super) fn distinct(mut settled: Vec<Settled>) -> Vec<Vec<DVector<f64>>> {
+    settled.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut kept: Vec<Vec<DVector<f64>>> = Vec::new();
-    for one in settled {
-        let means: Vec<_> = one.states.into_iter().map(|state| state.mean).collect();
-        if kept.iter().all(|other| apart(other, &means) > ONE_M) {
-            kept.push(means);
+    for Settled { at, .. } in settled {
+        if kept.iter().all(|other| apart(other, &at) > ONE_M) {
+            kept.push(at);
         }
     }
     kept
@@ -83,19 +81,16 @@ mod tests {
     use super::super::worn::WornMotion;
     use super::*;
     use crate::camera::Camera;
-    use crate::filter::Gaussian;
     use crate::quaternion::Quaternion;
-    use nalgebra::{DMatrix, Matrix3, Vector2};
+    use nalgebra::{Matrix3, Vector2};
 
-    fn smoothed(x: f64, log_evidence: f64) -> Smoothed {
-        let mean = DVector::from_element(6, x);
-        let states = vec![Gaussian { mean, covariance: DMatrix::identity(6, 6) }; 3];
-        Smoothed { states, cost: 0.0, log_evidence: vec![log_evidence / 3.0; 3], is_settled: true }
+    fn settled(x: f64, cost: f64) -> Settled {
+        Settled { at: vec![DVector::from_element(6, x); 3], cost, is_settled: true }
     }
 
     #[test]
     fn of_those_that_are_one_the_likeliest_stays() {
-        let kept = distinct(vec![smoothed(0.0, -9.0), smoothed(0.5, -3.0), smoothed(0.502, -1.0)]);
+        let kept = distinct(vec![settled(0.0, 9.0), settled(0.5, 3.0), settled(0.502, 1.0)]);
         assert_eq!(kept.iter().map(|states| states[0][0]).collect::<Vec<_>>(), [0.502, 0.0]);
     }
 

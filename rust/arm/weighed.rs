@@ -8,26 +8,26 @@ const LEAST: f64 = 1e-4;
 /// What a worn sensor's errors make of so many frames is alike: ways are told apart by evidence divided by it.
 const ALIKE: f64 = 4.0;
 
-/// A delay of the camera, and the recording smoothed with it.
-pub(super) struct Delayed {
+/// A delay of the camera, and what became of the recording with it.
+pub(super) struct Delayed<T> {
     /// By how much the camera sees later, s.
     pub delay_s: f64,
     /// By prior and evidence, per s of delay.
     pub log_density: f64,
-    /// One a frame.
-    pub estimates: Vec<Estimate>,
+    /// What was found.
+    pub of: T,
 }
 
 /// A way in which the arm may have gone, with each delay and its weight.
-pub(super) struct Way {
+pub(super) struct Way<T> {
     /// Of all delays together.
     pub log_density: f64,
     /// Delays with their weights.
-    pub delayed: Vec<(f64, Delayed)>,
+    pub delayed: Vec<(f64, Delayed<T>)>,
 }
 
 /// All delays of all ways with the weight of each, which sum to one.
-pub(super) fn weighed(ways: Vec<Way>) -> Vec<(f64, Delayed)> {
+pub(super) fn weighed<T>(ways: Vec<Way<T>>) -> Vec<(f64, Delayed<T>)> {
     let most = ways.iter().map(|way| way.log_density).fold(f64::NEG_INFINITY, f64::max);
     let shares: Vec<f64> = ways.iter().map(|way| ((way.log_density - most) / ALIKE).exp()).collect();
     let sum: f64 = shares.iter().sum();
@@ -45,7 +45,7 @@ pub(super) fn weighed(ways: Vec<Way>) -> Vec<(f64, Delayed)> {
 
 /// Log density of delays in increasing order together, and the weight of each for the stretch about it; one that is alone stands for
 /// `alone_s`.
-pub(super) fn weights(found: &[Delayed], alone_s: f64) -> (f64, Vec<f64>) {
+pub(super) fn weights<T>(found: &[Delayed<T>], alone_s: f64) -> (f64, Vec<f64>) {
     let most = found.iter().map(|one| one.log_density).fold(f64::NEG_INFINITY, f64::max);
     let at = |k: usize| found[k].delay_s;
     let last = found.len() - 1;
@@ -56,8 +56,8 @@ pub(super) fn weights(found: &[Delayed], alone_s: f64) -> (f64, Vec<f64>) {
 }
 
 /// One estimate of a frame from those of all ways and delays; the delay is the last column of its state.
-pub(super) fn together(parts: &[(f64, Delayed)], frame: usize) -> Estimate {
-    let of = |one: &Delayed| one.estimates[frame].state.mean.push(one.delay_s);
+pub(super) fn together(parts: &[(f64, Delayed<Vec<Estimate>>)], frame: usize) -> Estimate {
+    let of = |one: &Delayed<Vec<Estimate>>| one.of[frame].state.mean.push(one.delay_s);
     let mut mean = of(&parts[0].1) * 0.0;
     for (weight, one) in parts {
         mean += of(one) * *weight;
@@ -68,24 +68,24 @@ pub(super) fn together(parts: &[(f64, Delayed)], frame: usize) -> Estimate {
         let off = of(one) - &mean;
         covariance += &off * off.transpose() * *weight;
         let mut own = covariance.view_mut((0, 0), (dim - 1, dim - 1));
-        own += &one.estimates[frame].state.covariance * *weight;
+        own += &one.of[frame].state.covariance * *weight;
     }
     let point = |place: usize| {
-        let each = parts.iter().map(|(weight, one)| (*weight, &one.estimates[frame].places[place]));
+        let each = parts.iter().map(|(weight, one)| (*weight, &one.of[frame].places[place]));
         Point::together(&each.collect::<Vec<_>>())
     };
     let places: Vec<Point> = (0..PLACES.len()).map(point).collect();
     let state = places[WRIST].with_state(mean, covariance);
-    let evidence = parts.iter().map(|(weight, one)| weight * one.estimates[frame].log_evidence.unwrap_or(0.0)).sum();
-    Estimate { state, places, log_evidence: Some(evidence), ..parts[0].1.estimates[frame].clone() }
+    let evidence = parts.iter().map(|(weight, one)| weight * one.of[frame].log_evidence.unwrap_or(0.0)).sum();
+    Estimate { state, places, log_evidence: Some(evidence), ..parts[0].1.of[frame].clone() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn delayed(delay_s: f64, log_density: f64) -> Delayed {
-        Delayed { delay_s, log_density, estimates: Vec::new() }
+    fn delayed(delay_s: f64, log_density: f64) -> Delayed<()> {
+        Delayed { delay_s, log_density, of: () }
     }
 
     /// The sum over delays is the density's integral, however closely they were tried.

@@ -55,9 +55,19 @@ impl Correction {
 
     /// Narrow the covariance by what was measured.
     pub fn narrow(&self, covariance: &mut DMatrix<f64>) {
-        *covariance -= &self.by_state * (&self.weight * self.by_state.transpose());
-        // What rounding leaves over the diagonal would grow.
-        *covariance = 0.5 * (&*covariance + covariance.transpose());
+        covariance.gemm(-1.0, &self.by_state, &(&self.weight * self.by_state.transpose()), 1.0);
+        symmetrise(covariance);
+    }
+}
+
+/// What rounding leaves over the diagonal would grow.
+pub(super) fn symmetrise(covariance: &mut DMatrix<f64>) {
+    for column in 1..covariance.ncols() {
+        for row in 0..column {
+            let mean = 0.5 * (covariance[(row, column)] + covariance[(column, row)]);
+            covariance[(row, column)] = mean;
+            covariance[(column, row)] = mean;
+        }
     }
 }
 

@@ -5,6 +5,7 @@
 //! normal equations, block-tridiagonal, in time and memory that grow with the length. What is constant is a column that does
 //! not walk: its border is carried along. Covariances are those of each state given the whole recording.
 
+use super::kalman::symmetrise;
 use super::{Correction, Gaussian, Linear};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
@@ -108,8 +109,11 @@ struct Forward {
 /// # Errors
 /// [`Error::Size`] for a trajectory of another length, [`Error::Singular`], [`Error::RanAway`], what the chain gives.
 pub fn smooth(chain: &impl Chain, at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Smoothed> {
-    let Settled { at, cost, is_settled } = settle(chain, at, turns, settled)?;
-    let mut forward = filter(chain, &at, measured(chain, &at)?)?;
+    let Turned { settled: Settled { at, cost, is_settled }, forward } = turned(chain, at, turns, settled)?;
+    let mut forward = match forward {
+        Some(forward) => forward,
+        None => filter(chain, &at, measured(chain, &at)?)?,
+    };
     covariances(&mut forward);
     let Forward { filtered: mut states, corrections, .. } = forward;
     let of_step = |step: &Vec<Correction>| step.iter().map(|correction| correction.log_evidence).sum();
@@ -130,35 +134,43 @@ pub struct Settled {
     pub is_settled: bool,
 }
 
+/// A trajectory, with the pass forward about it where it has settled; or about one that is as good as the same.
+struct Turned {
+    settled: Settled,
+    forward: Option<Forward>,
+}
+
 /// The trajectory of [`smooth`] alone, which is quicker.
 ///
 /// # Errors
 /// As [`smooth`].
-pub fn settle(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Settled> {
+pub fn settle(chain: &impl Chain, at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Settled> {
+    Ok(turned(chain, at, turns, settled)?.settled)
+}
+
+fn turned(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Turned> {
     let expected = chain.len();
     if at.len() != expected || expected == 0 {
         return Err(Error::Size { name: "trajectory", got: at.len(), unit: "states", expected: expected.max(1) });
     }
     let mut measured = measured(chain, &at)?;
     let mut cost = cost(chain, &at, &measured)?;
-    let mut is_settled = false;
     for _ in 0..turns {
         let forward = filter(chain, &at, measured)?;
         let to = means(chain, &forward)?;
         let Some(lower) = shorten(chain, &at, &to, cost) else {
             // No step explains more: this is where it ends.
-            is_settled = true;
-            break;
+            return Ok(Turned { settled: Settled { at, cost, is_settled: true }, forward: Some(forward) });
         };
         let moved =
             forward.filtered.iter().zip(at.iter().zip(&lower.at)).map(|(state, (from, to))| in_sd(state, from, to));
-        is_settled = moved.fold(0.0, f64::max) <= settled;
+        let is_settled = moved.fold(0.0, f64::max) <= settled;
         (at, cost, measured) = (lower.at, lower.cost, lower.measured);
         if is_settled {
-            break;
+            return Ok(Turned { settled: Settled { at, cost, is_settled }, forward: Some(forward) });
         }
     }
-    Ok(Settled { at, cost, is_settled })
+    Ok(Turned { settled: Settled { at, cost, is_settled: false }, forward: None })
 }
 
 /// A trajectory that explains more than the last, and what is measured about it.
@@ -289,21 +301,23 @@ fn covariances(forward: &mut Forward) {
     let mut adjoint = DMatrix::zeros(dim, dim);
     for step in (0..forward.filtered.len()).rev() {
         let covariance = &mut forward.filtered[step].covariance;
-        *covariance -= &*covariance * &adjoint * &*covariance;
-        // What rounding leaves over the diagonal would grow.
-        *covariance = 0.5 * (&*covariance + covariance.transpose());
+        let narrower = &*covariance * (&adjoint * &*covariance);
+        *covariance -= narrower;
+        symmetrise(covariance);
         for Correction { slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
             let gain = by_state * weight;
             let seen = &adjoint * &gain;
             let inner = gain.tr_mul(&seen) + weight;
             let across = slope.tr_mul(&seen.transpose());
-            adjoint += slope.tr_mul(&(inner * slope)) - &across - across.transpose();
+            adjoint += slope.tr_mul(&(inner * slope));
+            adjoint -= &across;
+            adjoint -= across.transpose();
         }
         match &forward.transitions[step] {
             Some(transition) => adjoint = transition.tr_mul(&(&adjoint * transition)),
             None => adjoint.fill(0.0),
         }
-        adjoint = 0.5 * (&adjoint + adjoint.transpose());
+        symmetrise(&mut adjoint);
     }
 }
 
