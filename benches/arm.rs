@@ -10,7 +10,7 @@ use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
-use pytracker::{Observation, Sample, Tracker};
+use pytracker::{Observation, Sample, Smoothing, Tracker};
 use std::hint::black_box;
 
 fn tracker(method: Method, noise: Noise) -> Tracker {
@@ -102,7 +102,7 @@ fn recording(c: &mut Criterion) {
     }
     let mut group = c.benchmark_group("arm_recording");
     group.sample_size(10);
-    group.bench_function("smooth_20_s", |b| b.iter(|| black_box(smoother.smoothed(0).expect("a trajectory"))));
+    group.bench_function("smooth_20_s", |b| b.iter(|| black_box(smoother.smoothed(&mut Smoothing::default()).expect("a trajectory"))));
     group.finish();
 }
 

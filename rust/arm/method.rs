@@ -29,7 +29,7 @@ pub enum Method {
         /// Components that are kept.
         components: usize,
     },
-    /// The same, its frames kept, so that they can be smoothed ([`super::ArmFilter::smoothed`]).
+    /// The same, its frames kept, so that they can be smoothed ([`crate::Tracker::smoothed`]).
     Smoother {
         /// As those of the mixture.
         corrections: Vec<Correction>,
