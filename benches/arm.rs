@@ -102,7 +102,9 @@ fn recording(c: &mut Criterion) {
     }
     let mut group = c.benchmark_group("arm_recording");
     group.sample_size(10);
-    group.bench_function("smooth_20_s", |b| b.iter(|| black_box(smoother.smoothed(&mut Smoothing::default()).expect("a trajectory"))));
+    group.bench_function("smooth_20_s", |b| {
+        b.iter(|| black_box(smoother.smoothed(&mut Smoothing::default()).expect("a trajectory")));
+    });
     group.finish();
 }
 

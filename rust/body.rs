@@ -12,6 +12,7 @@
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
 //! | [`cues`] | IV-C2: weights: one file a cue, and how a layer blends them |
+//! | [`balance`] | a trunk that gives way to its arms |
 //! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
 //! | [`method`] | IV-C: lists of layers and their parameters |
 //! | [`picture`] | what a frame shows |
@@ -20,6 +21,7 @@
 //! | [`momentum`] | channels with velocities, for smoothing |
 //! | `trajectory`, `mirrored`, `smooth` | a whole recording at once |
 
+pub mod balance;
 pub mod cues;
 pub mod edges;
 pub mod figure;

@@ -73,6 +73,8 @@ class BodyMethod(Method):
         orientation_inflation: how many times its spread the orientation of a sensor has.
         effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where
             it hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
+        balance: of how far arms reach towards the camera, so much the trunk gives way, as who stands does (0.08 to 0.25
+            of people who do exercises); put it to 0 for who sits. It needs to know how far they reach (else: 0).
         crown_m: how far the head's outer shape reaches beyond the end of the skeleton's head, which in CMU skeletons is
             the middle of the face, m (paper: 0).
         edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
@@ -106,6 +108,7 @@ class BodyMethod(Method):
     keypoint_reach: float = 4.0
     orientation_inflation: float = 2.0
     effort_loss: float = 0.0
+    balance: float = 0.0
     crown_m: float = 0.0
     edge_loss: float = 3.0
     free: tuple[str, ...] = ()
@@ -188,7 +191,8 @@ class BodySmooth(Partitioned):
     """The whole recording at once: what `Partitioned` gives, smoothed by Gauss-Newton over all frames: the best here.
 
     Every frame is estimated from what comes before and after it, by where a detector saw the joints, or the particles
-    where there was none, by the sensors' orientations, and by how limbs move. Online it gives what `Partitioned` does.
+    where there was none, by the sensors' orientations, and by how limbs move. Online it gives what `Partitioned` of the
+    same `balance` does.
 
     Attributes:
         base_accel_density: how the velocity of the root changes, m/s/√s.
@@ -207,6 +211,7 @@ class BodySmooth(Partitioned):
     velocity_lasts_s: float = 0.3
     first_pose_sd_m: float = 0.02
     first_pose_sd_rad: float = 0.1
+    balance: float = 0.12
 
     @property
     def name(self) -> str:

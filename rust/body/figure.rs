@@ -1,5 +1,6 @@
 //! The tracked figure: the sub-model, its key joints, its outer shape as a table of parts, and the limits of its joints.
 
+use super::balance::Balance;
 use super::cues::keypoints::KEYPOINTS;
 use super::model::{Place, SubModel};
 use crate::particles::ParticleSet;
@@ -114,6 +115,10 @@ pub struct Figure {
     pub channels: Vec<(usize, Channel)>,
     /// Limits of every column, rad, widened to hold the pose it starts from; infinite where there are none.
     pub limits: Vec<[f64; 2]>,
+    /// How it gives way to its arms, where it does.
+    pub balance: Option<Balance>,
+    /// Channels of the root's place.
+    root: [Option<usize>; 3],
 }
 
 impl Figure {
@@ -173,11 +178,61 @@ impl Figure {
             groups: free.iter().map(|c| Group::of(skeleton, channels[*c].0)).collect(),
             channels: free.iter().map(|c| channels[*c]).collect(),
             limits: free.iter().map(widened).collect(),
+            root: std::array::from_fn(|axis| channels.iter().position(|c| *c == (0, Channel::Translation(axis)))),
+            balance: None,
             model,
         })
     }
 
-    /// Key joints of every particle as columns, `(N, 8 * 3)`, world, m, with the particles' weights.
+    /// The same figure, which gives way to `share` of how far its arms reach towards the camera; where its root has a place of its own.
+    #[must_use]
+    pub fn balanced(mut self, projection: &Projection, share: f64) -> Self {
+        let first = self.points_of(&self.model.start(), KEY_JOINTS.len());
+        let ray = projection.viewing_direction(Vector3::from_column_slice(&first[..3]));
+        self.balance = Balance::new(ray, share, &first).filter(|_| self.root.iter().all(Option::is_some));
+        self
+    }
+
+    /// The first `count` points of the model in one state, `(count * 3,)`.
+    fn points_of(&self, state: &[f64], count: usize) -> Vec<f64> {
+        let one = ParticleSet::from_rows(state.len(), state).expect("one particle");
+        let mut points = vec![0.0; 3 * count];
+        one.blocks().for_each(|block| self.model.points(block, 0, 1, &mut points));
+        points
+    }
+
+    /// The whole pose `(C,)` of a state `(D,)`, its root where balance has it.
+    ///
+    /// # Panics
+    /// When the state has no column.
+    pub fn pose(&self, state: &[f64]) -> Vec<f64> {
+        let mut pose = self.model.pose(state);
+        if let Some(balance) = &self.balance {
+            let joints = self.points_of(state, KEY_JOINTS.len());
+            let shift = balance.shift(|k| joints[k]);
+            for (channel, shift) in self.root.iter().zip(&shift) {
+                if let Some(channel) = channel {
+                    pose[*channel] += shift;
+                }
+            }
+        }
+        pose
+    }
+
+    /// Key joints `(N, 8 * 3)` where balance has them.
+    pub fn in_balance(&self, joints: ParticleSet) -> ParticleSet {
+        let Some(balance) = &self.balance else { return joints };
+        joints.mapped(joints.dim(), |block, out| {
+            for i in 0..block.len() {
+                let shift = balance.shift(|k| block.column(k)[i]);
+                for k in 0..3 * KEY_JOINTS.len() {
+                    out.column_mut(k)[i] = block.column(k)[i] + shift[k % 3];
+                }
+            }
+        })
+    }
+
+    /// Key joints of every particle as columns, `(N, 8 * 3)`, world, m, with the particles' weights; as cues have them.
     pub fn key_joints(&self, particles: &ParticleSet) -> ParticleSet {
         particles.mapped(3 * KEY_JOINTS.len(), |block, out| {
             let count = block.len();
@@ -195,21 +250,18 @@ impl Figure {
     /// # Panics
     /// When the state has no column.
     pub fn seen(&self, projection: &Projection, state: &[f64]) -> Vec<Seen> {
-        let one = ParticleSet::from_rows(state.len(), state).expect("one particle");
-        let mut points = vec![0.0; self.model.len() * 3];
-        let block = one.blocks().next().expect("one block");
-        self.model.points(block, 0, 1, &mut points);
+        let points = self.points_of(state, self.model.len());
         points.as_chunks::<3>().0.iter().map(|point| projection.see(*point)).collect()
     }
 
-    /// The same of states from elsewhere.
+    /// Where balance has the key joints of states from elsewhere.
     ///
     /// # Errors
     /// [`Error::Size`] for another number of columns than the figure's state has.
     pub fn joints_of(&self, states: &ParticleSet) -> Result<ParticleSet> {
         let (got, expected) = (states.dim(), self.model.dim());
         if got == expected {
-            Ok(self.key_joints(states))
+            Ok(self.in_balance(self.key_joints(states)))
         } else {
             Err(Error::Size { name: "states", got, unit: "columns", expected })
         }

@@ -75,7 +75,8 @@ impl BodyFilter {
     /// [`Error::Parameter`], [`Error::Size`].
     pub fn new(figure: Figure, projection: Projection, method: BodyMethod, seed: u64) -> Result<Self> {
         method.check()?;
-        let BodyMethod { particles, islands: count, resampling, gate_m, .. } = method;
+        let BodyMethod { particles, islands: count, resampling, gate_m, balance, .. } = method;
+        let figure = figure.balanced(&projection, balance);
         let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
         let assignments = vec![Assignment::new(gate_m); count];
         let (worn, first_frame_s, bare, kept) = (Vec::new(), None, None, Vec::new());
@@ -142,15 +143,17 @@ impl BodyFilter {
         let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
         let together = ParticleSet::together(&sets);
         let joints = self.figure.key_joints(&together);
-        let mut joints = joints.summary(joints.dim());
         let blobs = most_given(&posteriors);
         if self.method.smoothing.is_some() {
             let (mean, _) = together.moments();
             let look = self.method.keypoints;
+            let joints = joints.summary(joints.dim());
             let seen = seen((&self.figure, &self.projection), picture, look, (&mean, &joints));
             let (orientations, mean) = (orientations.to_vec(), mean.as_slice().to_vec());
             self.kept.push(Kept { time_s, seen, orientations, mean, blobs });
         }
+        let joints = self.figure.in_balance(joints);
+        let mut joints = joints.summary(joints.dim());
         self.method.unseen.add(&mut joints, &self.projection, time_s - first_s);
         let estimate = Estimate {
             time_s,

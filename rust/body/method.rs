@@ -138,6 +138,8 @@ pub struct BodyMethod {
     pub orientation_inflation: f64,
     /// Log-likelihood lost by an upper arm that is held out level.
     pub effort_loss: f64,
+    /// Of how far arms reach towards the camera, so much the trunk gives way.
+    pub balance: f64,
     /// What the estimate adds to the joints' depth.
     pub unseen: Unseen,
     /// Where the whole recording is smoothed: how the body moves.
@@ -225,6 +227,7 @@ impl BodyMethod {
         require(positive(reach), "keypoint_reach", reach, "a positive number")?;
         let inflation = self.orientation_inflation;
         require(positive(inflation), "orientation_inflation", inflation, "a positive number")?;
+        require((0.0..=1.0).contains(&self.balance), "balance", self.balance, "a share from 0 to 1")?;
         self.unseen.check()?;
         self.smoothing.iter().try_for_each(Momentum::check)?;
         if self.layers.is_empty() {

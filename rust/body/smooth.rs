@@ -171,6 +171,10 @@ impl Recorded<'_> {
             slopes.rows_mut(3 * joint, 3).copy_from(&sloped.slope(joint));
             places.rows_mut(3 * joint, 3).copy_from(&sloped.at(joint));
         }
+        if let Some(balance) = &self.figure.balance {
+            let (moved, by_joints) = balance.moved(&places);
+            (places, slopes) = (moved, by_joints * slopes);
+        }
         let spread = &slopes * &covariance * slopes.transpose();
         (Gaussian { mean, covariance }, Gaussian { mean: places, covariance: spread })
     }

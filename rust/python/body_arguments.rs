@@ -70,6 +70,7 @@ struct MethodArgument {
     keypoint_reach: f64,
     orientation_inflation: f64,
     effort_loss: f64,
+    balance: f64,
     edge_loss: f64,
 }
 
@@ -141,6 +142,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         keypoints: KeypointLook { inflation: m.keypoint_inflation, reach: m.keypoint_reach },
         orientation_inflation: m.orientation_inflation,
         effort_loss: m.effort_loss,
+        balance: m.balance,
         smoothing: extract_smoothing(method)?,
         unseen: Unseen {
             distance_m: m.unseen_distance_sd_m,

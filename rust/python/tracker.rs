@@ -200,13 +200,13 @@ impl Tracker {
         states: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let Subject::Body(body) = self.0.subject() else { return Err(Error::Foreign { what: "pose" }.into()) };
-        let (model, states) = (&body.figure().model, states.as_array());
-        if states.ncols() != model.dim() {
-            let (got, expected) = (states.ncols(), model.dim());
+        let (figure, states) = (body.figure(), states.as_array());
+        if states.ncols() != figure.model.dim() {
+            let (got, expected) = (states.ncols(), figure.model.dim());
             return Err(Error::Size { name: "states", got, unit: "columns", expected }.into());
         }
         let poses =
-            guarded(|| Ok(states.rows().into_iter().map(|state| model.pose(&state.to_vec())).collect::<Vec<_>>()))?;
+            guarded(|| Ok(states.rows().into_iter().map(|state| figure.pose(&state.to_vec())).collect::<Vec<_>>()))?;
         Ok(PyArray2::from_vec2(py, &poses)?)
     }
 

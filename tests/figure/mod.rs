@@ -113,6 +113,7 @@ pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
         keypoints: LOOK,
         orientation_inflation: 1.0,
         effort_loss: 0.0,
+        balance: 0.0,
         unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0 },
         layers: vec![layer],
         resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
