@@ -12,6 +12,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking import ArmTrack
+from pytracker.tracking.swivel import hangs
 
 
 def tracked(pattern: str, seed: int, heading_deg: float = 0.0, offset_s: float = 0.0) -> ArmTrack:
@@ -34,6 +35,24 @@ def test_a_heading_that_is_off_is_told(pattern: str) -> None:
         assert pt.doubts(tracked(pattern, seed)) == ()
         (doubt,) = pt.doubts(tracked(pattern, seed, heading_deg=20.0))
         assert "camera and IMU agree better with heading_deg turned by -20° (log evidence +" in doubt
+
+
+def test_an_elbow_above_the_line_from_shoulder_to_wrist_is_told() -> None:
+    """As no captured arm is held: the mirror image of the elbow at that line."""
+    simulation = ArmSimulation(pt.ArmScene(duration_s=6.0), 3)
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(1.0))
+    track = pt.track(simulation.recording(), pt.Smooth(), sightings=sightings)
+    assert isinstance(track, ArmTrack)
+    assert hangs(track) > 0.2
+    assert pt.doubts(track) == ()
+    shoulder = np.asarray(track.recording.arm.shoulder_m)
+    elbow, wrist = (track.joints[joint].mean - shoulder for joint in ("elbow", "wrist"))
+    line = wrist / np.linalg.norm(wrist, axis=1, keepdims=True)
+    mirrored = shoulder + 2.0 * (elbow * line).sum(axis=1, keepdims=True) * line - elbow
+    joints = {**track.joints, "elbow": dataclasses.replace(track.joints["elbow"], mean=mirrored)}
+    (doubt,) = pt.doubts(held := dataclasses.replace(track, joints=joints))
+    assert hangs(held) == pytest.approx(-hangs(track))
+    assert "the elbow would be above the line from shoulder to wrist" in doubt
 
 
 def test_a_clock_that_is_off_is_told() -> None:

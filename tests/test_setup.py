@@ -203,6 +203,28 @@ def test_everything_hidden_is_found_by_init_and_check(simulated: Path, tmp_path:
     assert as_found < max(1.6 * as_true, 0.06)
 
 
+def test_where_a_circle_fits_two_mounts_the_elbow_tells(tmp_path: Path) -> None:
+    """A mount that is 80° off explains this circle better; its elbow is above the line from shoulder to wrist."""
+    true = pt.simulate_arm(tmp_path / "true", pt.ArmScene(worn=True, pattern="circle"), 102)
+    mount = np.array([0.0, 0.0, -np.sqrt(0.5), np.sqrt(0.5)])
+    rows = written(hidden(rows_of(true), 5.5, -60.0, mount), tmp_path / "imu.csv")
+    measured = known_file(true, tmp_path / "known.toml")
+    text = measured.read_text().splitlines()
+    for k, line in enumerate(text):
+        key, _, value = line.partition(" = ")
+        if key in ("upper_arm_m", "forearm_m"):
+            text[k] = f"{key} = {0.945 * float(value):.4f}"
+    measured.write_text("\n".join(text) + "\n")
+    run, folder = CliRunner(), tmp_path / "recording"
+    files = ["--video", str(true / "video.mp4"), "--imu", str(rows)]
+    assert run.invoke(app, ["init", str(folder), *files, "--known", str(measured)]).exit_code == 0
+    done = run.invoke(app, ["check", str(folder), "--write"])
+    assert done.exit_code == 0, done.output
+    found = given_axis(Draft(folder).get("imu.mount"))
+    assert found @ given_axis(list(mount)) > np.cos(np.radians(25.0))
+    assert Draft(folder).get("imu.offset_s") == pytest.approx(5.5, abs=0.25)
+
+
 def test_files_that_were_started_by_hand_are_laid_over_each_other(tmp_path: Path) -> None:
     """A recording by others: its clock moved by 17.3 s, its heading turned by 131°; camera and lengths are given."""
     if not SHARED.exists():

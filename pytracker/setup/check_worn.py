@@ -12,7 +12,7 @@ from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
 from pytracker.setup.findings import Finding
 from pytracker.setup.lag import Lag
-from pytracker.setup.worn import CLEAR, Worn, find_worn, is_same, lags_of, mount_of, weighed
+from pytracker.setup.worn import CLEAR, KIND, Worn, find_worn, is_same, lags_of, mount_of, weighed
 
 __all__ = ["check_clock", "check_worn", "given_axis"]
 
@@ -70,9 +70,8 @@ def check_worn(
         chosen, rivals = aligned, same_axis
     else:
         chosen, rivals = best, found
-    rival = next(
-        (one for one in rivals if not is_same(one, chosen) and one.log_evidence > chosen.log_evidence - CLEAR), None
-    )
+    near = [one for one in rivals if one.log_evidence > chosen.log_evidence - CLEAR]
+    rival = next((one for one in near if not is_same(one, chosen, KIND)), None)
     return _words(recording, sightings, given, has, chosen, rival, best), chosen
 
 

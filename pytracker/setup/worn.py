@@ -27,9 +27,10 @@ from pytracker.rotation import (
     triple,
 )
 from pytracker.setup.lag import GRID_S, Lag, banded, find_lags
-from pytracker.tracking.arm import track_arm
+from pytracker.tracking.arm import ArmTrack, track_arm
+from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
-__all__ = ["CLEAR", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "put_on", "refined", "weighed"]
+__all__ = ["CLEAR", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "put_on", "refined", "weighed"]
 
 HELD = Ekf(
     corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05
@@ -50,9 +51,13 @@ ALONG_DEG = 6.0
 MOST_FRAMES = 750
 """More frames say no more than these, and take longer."""
 CLEAR = 15.0
-"""Log evidence by which the best must be better than any that differs."""
+"""Log evidence by which the best must be better than any of another kind."""
 SAME = (0.08, np.radians(12.0), np.radians(20.0))
-"""Clocks, headings and axes that are nearer are the same."""
+"""Clocks, headings and axes that are nearer are the same;"""
+KIND = (0.25, np.radians(40.0), np.radians(45.0))
+"""those that are nearer than this are of one kind: what is wrong of one the smoother mends."""
+ALIKE = 4.0
+"""What a strap and skin do to so many frames is alike: the evidence counts it so many times, and so does the elbow."""
 
 
 @dataclass(frozen=True)
@@ -178,19 +183,24 @@ def _starts(recording: ArmRecording, imu: Imu, sightings: Sightings) -> list[Arr
 
 
 def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
-    """With its log evidence, of the better of its starts, and of how likely one wears it so."""
+    """With its log evidence, of the better of its starts, and of how likely an arm is held, and one wears it, so."""
     sightings = _first(sightings)
     found = [-np.inf]
     for one in put_on(recording, worn, sightings):
         try:
-            evidence = track_arm(one, HELD, sightings=sightings).log_evidence
+            track = track_arm(one, HELD, sightings=sightings)
         except InputError:
             continue
         except TrackingError as error:
-            evidence = error.track.log_evidence if hasattr(error, "track") else np.full(1, LEAST_EVIDENCE)
+            lost = getattr(error, "track", None)
+            if not isinstance(lost, ArmTrack):
+                continue
+            track = lost
+        evidence = track.log_evidence
         seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
         missing = LEAST_EVIDENCE * max(0, int(seen.sum()) - int(np.isfinite(evidence).sum()))
-        found.append(float(np.maximum(evidence[np.isfinite(evidence)], LEAST_EVIDENCE).sum()) + missing)
+        whole = float(np.maximum(evidence[np.isfinite(evidence)], LEAST_EVIDENCE).sum()) + missing
+        found.append(whole - 0.5 * ALIKE * (min(0.0, hangs(track) - HANGS) / HANGS_SD) ** 2)
     aslant = np.degrees(np.arccos(min(1.0, float(np.abs(worn.axis).max()))))
     return dataclasses.replace(worn, log_evidence=max(found) - 0.5 * (aslant / ALONG_DEG) ** 2)
 
@@ -204,11 +214,11 @@ def _best(worn: Iterable[Worn], most: int) -> list[Worn]:
     return kept
 
 
-def is_same(one: Worn, other: Worn) -> bool:
-    """Whether two ways are nearer than can be told."""
+def is_same(one: Worn, other: Worn, within: tuple[float, float, float] = SAME) -> bool:
+    """Whether clock, heading and axis of two ways are nearer than `within`, s and rad."""
     turn = np.abs((one.heading_rad - other.heading_rad + np.pi) % (2 * np.pi) - np.pi)
     apart = (abs(one.offset_s - other.offset_s), turn, float(np.arccos(np.clip(one.axis @ other.axis, -1.0, 1.0))))
-    return all(distance < limit for distance, limit in zip(apart, SAME, strict=True))
+    return all(distance < limit for distance, limit in zip(apart, within, strict=True))
 
 
 def refined(recording: ArmRecording, sightings: Sightings, worn: Worn, *, fixed: Collection[int] = ()) -> Worn:

@@ -21,6 +21,7 @@ from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.found import found_by
 from pytracker.tracking.suspects import suspects
+from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track
 from pytracker.tracking.upper_arm import of_upper_arm
 
@@ -58,6 +59,8 @@ AS_GOOD = 8.0
 SURPRISING = 2.0
 """What was measured once should not differ by more standard deviations; of right ones, worn too, none does by 1.3."""
 
+ABOVE = -0.1
+"""No captured arm's elbow hangs less than 0.27 (`pytracker.tracking.swivel`)."""
 LYING_DEG = 60.0
 """Nobody who is upright leans so far."""
 FEW_UNSEEN = 0.2
@@ -78,11 +81,12 @@ def doubts(track: Track) -> tuple[str, ...]:
 
     An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`suspects`): heading,
     clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed,
-    lengths, shoulder and cameras should be what they are said to be; a sensor on the upper arm should point along it. A
+    lengths, shoulder and cameras should be what they are said to be; its elbow should hang below the line from shoulder
+    to wrist, and a sensor on the upper arm point along it. A
     body's key joints should have foreground about them, and its head be where the person's is.
     """
     if isinstance(track, ArmTrack):
-        return *_of_arm_alone(track), *of_upper_arm(track)
+        return *(_of_arm_alone(track) or _of_elbow(track)), *of_upper_arm(track)
     return _of_body(track) if isinstance(track, BodyTrack) else ()
 
 
@@ -96,6 +100,17 @@ def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
         return _of_setup(track_arm(recording, track.method, track.seed, sightings=sightings))
     except TrackingError:
         return ()
+
+
+def _of_elbow(track: ArmTrack) -> tuple[str, ...]:
+    """Whether the arm is held as people hold it."""
+    swivel = hangs(track)
+    if swivel > ABOVE or len(track.time_s) < LEAST_FRAMES:
+        return ()
+    return (
+        f"{where_of(track.recording)}: the elbow would be above the line from shoulder to wrist most of the time (mean "
+        f"cosine of the arm's swivel {swivel:.2f}, of people 0.3 to 0.9): check mount, heading_deg and side",
+    )
 
 
 @functools.lru_cache(maxsize=1)  # the same recording for several methods, which then share what is found of it
