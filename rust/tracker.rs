@@ -6,6 +6,7 @@
 
 use crate::arm::upper_arm::Direction;
 use crate::arm::{self, ArmFilter};
+use crate::body::cues::orientation::Segment;
 use crate::body::{BodyFilter, KEY_JOINTS};
 use crate::error::{require, require_time};
 use crate::estimate::Estimate;
@@ -55,6 +56,8 @@ pub struct Stretch {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tracker {
     subject: Subject,
+    /// Of an arm, where it is known which: its upper arm.
+    upper_arm: Option<Segment>,
     delay_s: f64,
     newest_s: f64,
     last_frame_s: Option<f64>,
@@ -84,7 +87,13 @@ impl Tracker {
     pub fn new(subject: Subject) -> Self {
         let (waiting, ready) = (Vec::new(), VecDeque::new());
         let (delay_s, newest_s) = (0.0, f64::NEG_INFINITY);
-        Self { subject, delay_s, newest_s, last_frame_s: None, lost_at_s: None, waiting, ready }
+        Self { subject, upper_arm: None, delay_s, newest_s, last_frame_s: None, lost_at_s: None, waiting, ready }
+    }
+
+    /// The same, of an arm with this upper arm: orientations of another's are refused.
+    #[must_use]
+    pub fn with_upper_arm(self, segment: Segment) -> Self {
+        Self { upper_arm: Some(segment), ..self }
     }
 
     /// The same, putting in order what comes up to `delay_s` after a later observation: estimates come so much later.
@@ -200,6 +209,9 @@ impl Tracker {
                 None => arm.take_landmark(time_s, *landmark).map(|()| None),
             },
             (Subject::Arm(arm), What::Orientation(orientation)) => match orientation.to_shoulder() {
+                Some(_) if self.upper_arm.is_some_and(|own| own != orientation.segment) => {
+                    Err(Error::Foreign { what: "orientation of the other arm" })
+                }
                 Some(to_shoulder) => {
                     arm.take_direction(Direction { time_s, to_shoulder, sd: orientation.sd }).map(|()| None)
                 }

@@ -271,6 +271,7 @@ def test_the_other_arms_keypoints_are_refused(folder: Path, tmp_path: Path) -> N
         (lambda: pt.Observation.landmark(0.1, "elbow", (np.nan, 2.0), 3.0), "pixel of a landmark"),
         (lambda: pt.Observation.landmark(0.1, "elbow", (1.0, 2.0), 3.0, camera=1), "camera of a landmark is 1"),
         (lambda: pt.Observation.orientation(0.1, "right_forearm", (1.0, 0, 0, 0), 0.05), "orientation of a forearm"),
+        (lambda: pt.Observation.orientation(0.1, "left_upper_arm", (1.0, 0, 0, 0), 0.05), "of the other arm"),
     ],
 )
 def test_no_such_observation(make: Callable[[], pt.Observation], expected: str) -> None:

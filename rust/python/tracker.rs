@@ -9,6 +9,7 @@ use super::record::{LayerRecord, records};
 use super::rows;
 use super::skeleton::Skeleton;
 use crate::arm::ArmFilter;
+use crate::body::cues::orientation::Segment;
 use crate::body::{BodyFilter, Figure, Part};
 use crate::error::guarded;
 use crate::estimate;
@@ -60,13 +61,17 @@ struct SkeletonArgument<'py> {
 }
 
 fn arm(recording: &Bound<'_, PyAny>, method: &Bound<'_, PyAny>, seed: u64) -> PyResult<tracker::Tracker> {
-    let arm: ArmArgument = recording.getattr("arm")?.extract()?;
+    let arm = recording.getattr("arm")?;
+    let side: String = arm.getattr("side")?.extract()?;
+    let arm: ArmArgument = arm.extract()?;
     let views: Vec<ViewArgument> = recording.getattr("views")?.extract()?;
     let (noise, method) =
         extract_arm_method(&method.call_method1("known_by", (recording.getattr("spreads")?,))?, recording)?;
     let made = || {
         let views = views.into_iter().map(ViewArgument::view).collect::<Result<_>>()?;
-        Ok(ArmFilter::new(arm.into(), views, noise, method, seed)?.into())
+        let upper_arm = Segment::from_name(&format!("{side}_upper_arm"))?;
+        let tracker: tracker::Tracker = ArmFilter::new(arm.into(), views, noise, method, seed)?.into();
+        Ok(tracker.with_upper_arm(upper_arm))
     };
     compute(recording.py(), None, made)
 }
