@@ -290,7 +290,7 @@ impl Tracker {
     pub fn pose(&self, states: &ParticleSet) -> Result<ParticleSet> {
         match &self.subject {
             Subject::Arm(arm) => arm.pose(states),
-            Subject::Body(body) => body.figure().joints_of(states),
+            Subject::Body(body) => body.pose(states),
         }
     }
 

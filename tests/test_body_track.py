@@ -60,6 +60,25 @@ def test_online_is_offline_and_a_copy_goes_on(body: pt.BodyRecording) -> None:
             break
 
 
+def test_particles_agree_with_bands(body: pt.BodyRecording) -> None:
+    """What one camera does not see is a column of the particles too: where they are posed they spread as the bands do."""
+    tracker = pt.Tracker(body, pt.Partitioned(particles=2000), 1)
+    estimates = [tracker.observe(observation) for observation in body.observations()]
+    estimate = next(one for one in reversed(estimates) if one is not None)
+    particles = tracker.particles
+    assert particles is not None
+    assert particles.shape == (2000, len(estimate.mean) + 3)
+    for name in ("root", "head"):
+        with_it, without = (tracker.pose(states)[name][:, 2].std() for states in (particles, particles[:, :-3]))
+        assert with_it == pytest.approx(estimate.places[name].sd[2], rel=0.1)
+        assert without < 0.5 * with_it
+    with pytest.raises(pt.InputError, match="states"):
+        tracker.pose(particles[:, :-1])
+    plain = pt.Tracker(body, pt.BodyPlain(particles=20), 1)
+    assert plain.particles is not None
+    assert plain.particles.shape == (20, len(estimate.mean))
+
+
 def test_the_first_frame_is_the_pose_given(body: pt.BodyRecording) -> None:
     track = pt.track(body, pt.BodyPlain(particles=50), 1)
     assert np.abs(track.poses[0] - body.initial).max() < 1e-12

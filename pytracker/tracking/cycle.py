@@ -116,6 +116,8 @@ def record_cycle(
     assert weights is not None
     estimate, records = tracker.observe_recorded(observed)
     assert estimate is not None
+    # Layers move and weigh what is seen.
+    states = states[:, : len(estimate.mean)]
     pixels = [pixel or (np.nan, np.nan) for pixel in observed.pixels]
     return Cycle(
         recording=recording,

@@ -10,6 +10,7 @@ use super::picture::Picture;
 use super::skin::{Assignment, Blobs};
 use super::smooth::{Recorded, seen};
 use super::trajectory::Kept;
+use super::unseen::{UNSEEN, Unseen};
 use crate::error::{require, require_time};
 use crate::estimate::{Estimate, Point};
 use crate::filter::{Islands, Layer, LayeredFilter, Recorder};
@@ -42,7 +43,8 @@ pub struct BodyFilter {
     assignments: Vec<Assignment>,
     /// Segment by segment.
     worn: Vec<Worn>,
-    first_frame_s: Option<f64>,
+    /// Times of the first and the last.
+    frames_s: Option<[f64; 2]>,
     /// How bare the forearms are, told at the first frame that shows skin.
     bare: Option<f64>,
     /// What every frame brought, where the recording is smoothed.
@@ -79,8 +81,8 @@ impl BodyFilter {
         let figure = figure.balanced(&projection, balance);
         let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
         let assignments = vec![Assignment::new(gate_m); count];
-        let (worn, first_frame_s, bare, kept) = (Vec::new(), None, None, Vec::new());
-        Ok(Self { figure, projection, method, islands, assignments, worn, first_frame_s, bare, kept })
+        let (worn, frames_s, bare, kept) = (Vec::new(), None, None, Vec::new());
+        Ok(Self { figure, projection, method, islands, assignments, worn, frames_s, bare, kept })
     }
 
     /// The figure.
@@ -88,9 +90,39 @@ impl BodyFilter {
         &self.figure
     }
 
-    /// The particles as they stand, of all islands.
+    /// The particles as they stand, of all islands: the free channels; then, where the method has it, what the camera does
+    /// not see: distance, m, lean and turn, rad.
     pub fn particles(&self) -> ParticleSet {
-        self.islands.particles()
+        let particles = self.islands.particles();
+        if self.method.unseen.is_none() {
+            return particles;
+        }
+        let [first_s, last_s] = self.frames_s.unwrap_or_default();
+        self.method.unseen.drawn(&particles, last_s - first_s)
+    }
+
+    /// Where states put the key joints, `(N, 8 * 3)`, m: of the free channels, or with columns of what is not seen besides.
+    ///
+    /// # Errors
+    /// [`Error::Size`] for another number of columns.
+    pub fn pose(&self, states: &ParticleSet) -> Result<ParticleSet> {
+        let dim = self.figure.model.dim();
+        if states.dim() != dim + UNSEEN {
+            return self.figure.joints_of(states);
+        }
+        let seen = states.mapped(dim, |block, out| {
+            (0..dim).for_each(|d| out.column_mut(d).copy_from_slice(block.column(d)));
+        });
+        let (joints, states) = (self.figure.joints_of(&seen)?, states.rows());
+        let each = joints
+            .rows()
+            .chunks(joints.dim())
+            .zip(states.chunks(dim + UNSEEN))
+            .flat_map(|(joints, state)| {
+                Unseen::moved(joints, [state[dim], state[dim + 1], state[dim + 2]], &self.projection)
+            })
+            .collect::<Vec<_>>();
+        ParticleSet::from_rows(joints.dim(), &each)
     }
 
     /// Take what a sensor says of the segment that wears it; it holds for a tenth of a second.
@@ -139,7 +171,8 @@ impl BodyFilter {
         let sight = Sight { figure, projection, method, picture, orientations, time_s, elapsed_s, bare };
         let posteriors = islands
             .each(assignments, recorder, |filter, assignment, recorder| sight.update(filter, assignment, recorder))?;
-        let first_s = *self.first_frame_s.get_or_insert(time_s);
+        let first_s = self.frames_s.map_or(time_s, |[first_s, _]| first_s);
+        self.frames_s = Some([first_s, time_s]);
         let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
         let together = ParticleSet::together(&sets);
         let joints = self.figure.key_joints(&together);

@@ -4,15 +4,19 @@
 //! plane, leaves the picture as it was: the distance all alike, a lean in proportion to the height above the root, a turn to
 //! the place beside it. An arm goes with its shoulder: how it is foreshortened says where it is from there. The 11 channels
 //! hold all three and the evidence says nothing of them, so that their posterior is what is known beforehand:
-//! normal, at the first frame no more than its pose is unsure of, the whole after some seconds. Their covariance is added to
-//! that of the particles, which would be spent on what no weight tells apart were they to draw it.
+//! normal, at the first frame no more than its pose is unsure of, the whole after some seconds. It is marginalised: their
+//! covariance is added to that of the particles, which would be spent on what no weight tells apart were layers to draw it.
+//! Who asks for the particles gets them with a draw of each.
 
 use super::figure::KEY_JOINTS;
 use crate::Result;
 use crate::error::require;
-use crate::particles::{NORMAL_UPPER, Summary};
+use crate::particles::{NORMAL_UPPER, ParticleSet, Summary};
 use crate::projection::Projection;
+use crate::rng::Streams;
 use nalgebra::{DMatrix, Vector3};
+use rand::RngExt;
+use rand_distr::StandardNormal;
 use serde::{Deserialize, Serialize};
 
 /// How soon a body forgets the pose of its first frame: the correlation time of an Ornstein-Uhlenbeck process, s.
@@ -20,6 +24,13 @@ const MEMORY_S: f64 = 1.0;
 
 /// No body is farther away, m, or turns more, rad.
 const MOST: f64 = 100.0;
+
+/// Distance, lean and turn.
+pub const UNSEEN: usize = 3;
+/// Coordinates of the key joints.
+const COORDINATES: usize = 3 * KEY_JOINTS.len();
+/// What names the streams that they are drawn from: they decide nothing, so that no seed does.
+const DRAWS: u64 = 0x756e_7365_656e;
 
 /// The joint that a key joint goes with: an elbow or a wrist with its shoulder.
 const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
@@ -51,25 +62,49 @@ impl Unseen {
         require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")
     }
 
+    /// Whether there is none of it, whatever the time.
+    pub fn is_none(&self) -> bool {
+        [self.distance_m, self.first_distance_m, self.lean, self.turn] == [0.0; 4]
+    }
+
+    /// Standard deviations of distance, m, lean and turn, rad, `since_s` after the first frame.
+    fn sds(&self, since_s: f64) -> [f64; UNSEEN] {
+        let grown = (-(-2.0 * since_s / MEMORY_S).exp_m1()).sqrt();
+        let [distance, lean, turn] = [self.distance_m, self.lean, self.turn].map(|sd| sd * grown);
+        [distance.hypot(self.first_distance_m), lean, turn]
+    }
+
+    /// Particles `(N, D)` with columns for distance, m, lean and turn, rad, `(N, D + 3)`: each drawn from what is known of
+    /// them `since_s` after the first frame. A particle has the same draw, in standard deviations, whenever it is asked.
+    pub fn drawn(&self, particles: &ParticleSet, since_s: f64) -> ParticleSet {
+        let (dim, sds) = (particles.dim(), self.sds(since_s));
+        let mut all = particles.mapped(dim + UNSEEN, |block, out| {
+            (0..dim).for_each(|d| out.column_mut(d).copy_from_slice(block.column(d)));
+        });
+        let streams = Streams::new(DRAWS, 0, 0);
+        all.for_each_block(|index, mut block| {
+            let mut stream = streams.block(index);
+            for (k, sd) in sds.into_iter().enumerate() {
+                block.column_mut(dim + k).fill_with(|| sd * stream.sample::<f64, _>(StandardNormal));
+            }
+        });
+        all
+    }
+
+    /// Key joints `(8 * 3,)` m, moved by a distance, m, a lean and a turn, rad.
+    pub fn moved(joints: &[f64], unseen: [f64; UNSEEN], projection: &Projection) -> Vec<f64> {
+        let moved = moved(|k| joints[k], unseen, projection).column_sum();
+        joints.iter().zip(&moved).map(|(at, by)| at + by).collect()
+    }
+
     /// Add it to covariance and bands of the key joints, `(8 * 3,)` m, `since_s` after the first frame. Mean and mode stay.
     pub fn add(&self, joints: &mut Summary, projection: &Projection, since_s: f64) {
-        let grown = (-(-2.0 * since_s / MEMORY_S).exp_m1()).sqrt();
-        let mut sd = [self.distance_m, self.lean, self.turn].map(|sd| sd * grown);
-        sd[0] = sd[0].hypot(self.first_distance_m);
-        if sd == [0.0; 3] {
+        let sds = self.sds(since_s);
+        if sds == [0.0; UNSEEN] {
             return;
         }
-        let at = |joint: usize| Vector3::from_fn(|d, _| joints.mean[3 * joint + d]);
-        let [up, beside] = across(projection.viewing_direction(at(0)));
-        // How far each of the three moves each coordinate, one standard deviation of it, `(8 * 3, 3)`.
-        let mut moved = DMatrix::zeros(joints.mean.len(), sd.len());
-        for (joint, with) in GOES_WITH.into_iter().enumerate() {
-            let reach = at(with) - at(0);
-            let along = projection.viewing_direction(at(joint));
-            for (k, depth) in [sd[0], sd[1] * reach.dot(&up), sd[2] * reach.dot(&beside)].into_iter().enumerate() {
-                moved.fixed_view_mut::<3, 1>(3 * joint, k).copy_from(&(along * depth));
-            }
-        }
+        // One standard deviation of each.
+        let moved = moved(|k| joints.mean[k], sds, projection);
         let added = &moved * moved.transpose();
         for (d, band) in joints.bands.iter_mut().enumerate() {
             // As widths of independent normal errors add up; exact where the particles are normal too.
@@ -79,6 +114,21 @@ impl Unseen {
         }
         joints.covariance += added;
     }
+}
+
+/// How far a distance, m, a lean and a turn, rad, each move every coordinate of the key joints, `(8 * 3, 3)`.
+fn moved(joints: impl Fn(usize) -> f64, by: [f64; UNSEEN], projection: &Projection) -> DMatrix<f64> {
+    let at = |joint: usize| Vector3::from_fn(|d, _| joints(3 * joint + d));
+    let [up, beside] = across(projection.viewing_direction(at(0)));
+    let mut moved = DMatrix::zeros(COORDINATES, UNSEEN);
+    for (joint, with) in GOES_WITH.into_iter().enumerate() {
+        let reach = at(with) - at(0);
+        let along = projection.viewing_direction(at(joint));
+        for (k, depth) in [by[0], by[1] * reach.dot(&up), by[2] * reach.dot(&beside)].into_iter().enumerate() {
+            moved.fixed_view_mut::<3, 1>(3 * joint, k).copy_from(&(along * depth));
+        }
+    }
+    moved
 }
 
 /// Up in the picture and across it, for a world whose y is up.

@@ -180,8 +180,8 @@ impl Tracker {
         Smoothing { tracker: slf, threads, of: smoothing::Smoothing::default() }
     }
 
-    /// Where states `(N, D)` put the joints: by name, world, m `(N, 3)`; an arm's forearm as at the last frame. Raises
-    /// `InputError`.
+    /// Where states `(N, D)` put the joints: by name, world, m `(N, 3)`; an arm's forearm as at the last frame; a body's with
+    /// what is not seen or without it (see `particles`). Raises `InputError`.
     fn pose<'py>(&self, py: Python<'py>, states: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let view = states.as_array();
         let given = view.as_slice().map_or_else(|| view.iter().copied().collect(), <[f64]>::to_vec);
@@ -198,7 +198,7 @@ impl Tracker {
         Ok(out)
     }
 
-    /// Whole poses `(T, C)`, m and rad, of a body's states `(T, D)`. Raises `InputError`.
+    /// Whole poses `(T, C)`, m and rad, of a body's states `(T, D)`, its free channels. Raises `InputError`.
     fn channels<'py>(
         &self,
         py: Python<'py>,
@@ -215,7 +215,8 @@ impl Tracker {
         Ok(PyArray2::from_vec2(py, &poses)?)
     }
 
-    /// The particles as they stand, `(N, D)`; `None` for a Gaussian method.
+    /// The particles as they stand, `(N, D)`; `None` for a Gaussian method. A body's have its free channels and then, where the
+    /// method has it, a draw of what the camera does not see: distance, m, lean and turn, rad.
     #[getter]
     fn particles<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let Some(set) = self.0.particles() else { return Ok(None) };
