@@ -61,7 +61,7 @@ def test_online_is_offline_and_a_copy_goes_on(body: pt.BodyRecording) -> None:
 
 
 def test_particles_agree_with_bands(body: pt.BodyRecording) -> None:
-    """What one camera does not see is a column of the particles too: where they are posed they spread as the bands do."""
+    """What one camera does not see is a column of the particles too: posed, they spread as the bands do."""
     tracker = pt.Tracker(body, pt.Partitioned(particles=2000), 1)
     estimates = [tracker.observe(observation) for observation in body.observations()]
     estimate = next(one for one in reversed(estimates) if one is not None)
