@@ -20,6 +20,7 @@ __all__ = [
     "Observation",
     "Place",
     "Skeleton",
+    "Smoothing",
     "Tracker",
     "TrackingError",
     "__version__",

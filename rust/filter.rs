@@ -25,7 +25,7 @@ pub use kalman::{Correction, Gaussian, Linear};
 pub use layered::{LayeredFilter, Resampling};
 pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};
-pub use smoother::{Chain, Settled, Smoothed, Window, cost_of, settle, smooth, successes, surprise};
+pub use smoother::{Chain, Settled, Smoothed, cost_of, settle, smooth, successes, surprise};
 
 use crate::particles::{BlockMut, ParticleSet};
 use crate::rng::Stream;

@@ -8,8 +8,32 @@ use crate::estimate::{Estimate, Point};
 use crate::particles::{Interval, NORMAL_UPPER, Summary};
 use nalgebra::{DVector, Vector3};
 
+/// Frames that are smoothed together, how many before and after them besides, and over how many one window goes over into the next.
+const WINDOW: usize = 600;
+const LEAD: usize = 200;
+const SEAM: usize = 100;
 /// Poses that are nearer than so many of their standard deviations, together, are one on its way to the other.
 const ALIKE_SD: f64 = 2.0;
+
+/// Frames of a recording that are smoothed together: memory does not grow with its length.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Window {
+    /// The first of the next window.
+    pub end: usize,
+    /// Up to here it has a say in what the next window says; `end` where there is none.
+    pub until: usize,
+    /// All that it looks at, from the first number up to the second.
+    pub seen: [usize; 2],
+}
+
+impl Window {
+    /// Of `count` frames those from `first` on.
+    pub fn new(first: usize, count: usize) -> Self {
+        // What is left is not cut into a window and a rest.
+        let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
+        Self { end, until: (end + SEAM).min(count), seen: [first.saturating_sub(LEAD), (end + LEAD).min(count)] }
+    }
+}
 
 /// What one window says.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -147,6 +171,21 @@ mod tests {
         let all = [first, smoothing.joined(stretch(after, Vec::new()))].concat();
         assert_eq!(smoothing.next(), all.len());
         all
+    }
+
+    /// Windows follow each other to the end, and look as far about themselves as there are frames.
+    #[test]
+    fn windows_are_the_whole_recording() {
+        for count in [1, 700, 800, 801, 1400, 5000] {
+            let (mut first, mut until) = (0, 0);
+            while first < count {
+                let window = Window::new(first, count);
+                assert!(window.end > first && window.seen[0] <= first && window.seen[1] >= window.until);
+                assert!(window.end - first >= until - first && window.until - window.end <= SEAM);
+                (first, until) = (window.end, window.until);
+            }
+            assert_eq!((first, until), (count, count));
+        }
     }
 
     /// Two windows that put an arm 3 cm apart: no step is larger than a seam's share of it, and the ends are what either said.

@@ -14,10 +14,10 @@ use super::sloped::Sloped;
 use super::trajectory::{Body, Kept, Pulls, Trajectory};
 use crate::Result;
 use crate::estimate::{Estimate, Point};
-use crate::filter::{Component, Gaussian, Mixture, Window, settle, smooth, successes};
+use crate::filter::{Component, Gaussian, Mixture, settle, smooth, successes};
 use crate::particles::{Interval, LOWER, Summary, UPPER};
 use crate::projection::Projection;
-use crate::smoothing::Windowed;
+use crate::smoothing::{Window, Windowed};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rayon::prelude::*;
 

@@ -10,10 +10,6 @@ use super::{Correction, Gaussian, Linear};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
-/// Frames that are smoothed together, how many before and after them besides, and over how many one window goes over into the next.
-const WINDOW: usize = 600;
-const LEAD: usize = 200;
-const SEAM: usize = 100;
 /// A step is halved so often before it is given up.
 const HALVINGS: i32 = 8;
 /// Noise of less than full rank is made whole by this share of each variance.
@@ -46,28 +42,6 @@ pub trait Chain {
     /// # Errors
     /// Whatever cannot be linearised there.
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>>;
-}
-
-/// Frames of a recording that are smoothed together: memory does not grow with its length.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
-    /// The first that is its own.
-    pub first: usize,
-    /// The first of the next window.
-    pub end: usize,
-    /// Up to here it has a say in what the next window says; `end` where there is none.
-    pub until: usize,
-    /// All that it looks at, from the first number up to the second.
-    pub seen: [usize; 2],
-}
-
-impl Window {
-    /// Of `count` frames those from `first` on.
-    pub fn new(first: usize, count: usize) -> Self {
-        // What is left is not cut into a window and a rest.
-        let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
-        Self { first, end, until: (end + SEAM).min(count), seen: [first.saturating_sub(LEAD), (end + LEAD).min(count)] }
-    }
 }
 
 /// Of several tries those that led to something; an error where none did.
