@@ -23,7 +23,9 @@ def opened(browser: Browser, path: Path, width: int, scheme: str) -> Page:
     fetched: list[str] = []
     page.on("request", lambda request: fetched.append(request.url))
     page.goto(path.as_uri())
-    page.wait_for_load_state("networkidle")
+    page.wait_for_function("[...document.images].every(image => image.complete)")
+    # What a script would fetch late; a video may go on loading for longer than any test waits.
+    page.wait_for_timeout(500)
     assert said == []
     assert all(url.startswith(("file:", "data:")) for url in fetched)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
