@@ -10,6 +10,7 @@ import resource
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -35,6 +36,25 @@ def tracker(method: Any = None) -> pt.Tracker:
     made.observe(pt.Observation.inertial(0.0, UP, LEVEL))
     made.observe(pt.Observation.patch(0.0, (390.0, 345.0)))
     return made
+
+
+def test_smoothing_while_another_thread_tracks_is_an_error() -> None:
+    """Not a panic, which nothing but a bare `except` would catch; afterwards all goes on."""
+    busy = tracker(pt.Layered(particles=100_000))
+    observed = []
+    for time_s in np.arange(1, 60) / 25:
+        observed += [pt.Observation.inertial(time_s, UP, LEVEL), pt.Observation.patch(time_s, (390.0, 345.0))]
+    thread = threading.Thread(target=busy.run, args=(observed,))
+    thread.start()
+    refused: list[str] = []
+    while thread.is_alive() and not refused:
+        try:
+            next(busy.smoothed(), None)
+        except RuntimeError as error:
+            refused.append(str(error))
+    thread.join()
+    assert refused == ["Already mutably borrowed"]
+    assert next(busy.smoothed(), None) is None
 
 
 def work_of_a_child(method: Any) -> float:

@@ -109,7 +109,7 @@ def smoothed(tracker: Tracker, frames: int, progress: Progress | None, threads: 
     done = 0
     try:
         # Window by window: whoever stops a run does not wait for the whole of it.
-        for table in tracker.smoothed(threads):
+        for table in tracker.smoothed(threads=threads):
             tables.append(table)
             done += len(table["ess"])
             if progress is not None:

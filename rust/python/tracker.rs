@@ -47,7 +47,9 @@ impl Smoothing {
 
     fn __next__<'py>(&mut self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Self { tracker, threads, of } = self;
-        let tracker = &tracker.bind(py).borrow().0;
+        // Another thread may be at it.
+        let tracker = tracker.bind(py).try_borrow()?;
+        let tracker = &tracker.0;
         let estimates = compute(py, *threads, || tracker.smoothed(of))?;
         if estimates.is_empty() { Ok(None) } else { Ok(Some(table(py, &tracker.places(), &estimates)?)) }
     }
@@ -175,7 +177,7 @@ impl Tracker {
 
     /// Frames so far, each given those about it: an iterator of dicts of arrays as of `run`, as many rows as are smoothed
     /// together; of none where the method does not smooth. It raises `TrackingError` where no trajectory is found.
-    #[pyo3(signature = (threads = None))]
+    #[pyo3(signature = (*, threads = None))]
     fn smoothed(slf: Py<Self>, threads: Option<usize>) -> Smoothing {
         Smoothing { tracker: slf, threads, of: smoothing::Smoothing::default() }
     }
