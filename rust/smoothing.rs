@@ -1,19 +1,20 @@
 //! A smoothed recording, window by window: where two meet, one goes over into the next.
 //!
 //! Each window finds for itself what is constant of a recording, so that two of them put the same frame at somewhat different
-//! places. Over a seam of frames that both have smoothed the weight goes from one to the other: nothing jumps, and where they
-//! disagree the band reaches over both.
+//! places. Over a seam of frames that both have smoothed the weight goes from one to the other: no place jumps, and where they
+//! disagree the band reaches over both. A pose that is one of several stays one of them.
 
 use crate::estimate::{Estimate, Point};
 use crate::particles::{Interval, NORMAL_UPPER, Summary};
-use nalgebra::{DVector, Vector3};
+use nalgebra::Vector3;
 
 /// Frames that are smoothed together, how many before and after them besides, and over how many one window goes over into the next.
 const WINDOW: usize = 600;
 const LEAD: usize = 200;
 const SEAM: usize = 100;
-/// Poses that are nearer than so many of their standard deviations, together, are one on its way to the other.
+/// Modes that are nearer than so many of their standard deviations, together, and than so far, m, are one on its way to the other.
 const ALIKE_SD: f64 = 2.0;
+const ALIKE_M: f64 = 0.05;
 
 /// Frames of a recording that are smoothed together: memory does not grow with its length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,42 +74,47 @@ impl Smoothing {
 
 /// An estimate `share` of the way from one of the same frame to another.
 fn between(before: &Estimate, after: &Estimate, share: f64) -> Estimate {
-    let nearer = if share < 0.5 { before } else { after };
-    let places = before.places.iter().zip(&after.places).map(|(before, after)| point(before, after, share));
+    let (nearer, other) = if share < 0.5 { (before, after) } else { (after, before) };
+    // The way from one pose to another, and from one mode: where they are not one, that of the nearer.
+    let along = if are_one(before, after) { share } else { share.round() };
+    let places = before.places.iter().zip(&after.places).map(|(before, after)| point(before, after, share, along));
     let evidence = before.log_evidence.zip(after.log_evidence);
     Estimate {
-        state: state(&before.state, &after.state, share),
+        state: state(&before.state, &after.state, share, along),
         places: places.collect(),
         log_evidence: evidence.map(|(before, after)| before + share * (after - before)),
+        // It is made of both.
+        doubt: nearer.doubt.or(other.doubt),
         ..nearer.clone()
     }
 }
 
-fn state(before: &Summary, after: &Summary, share: f64) -> Summary {
-    let off = &after.mean - &before.mean;
-    let covariance = &before.covariance * (1.0 - share) + &after.covariance * share;
-    let sd = |of: &Summary, d: usize| of.covariance[(d, d)].max(0.0).sqrt();
-    let is_one = (0..off.len()).all(|d| off[d].abs() <= ALIKE_SD * (sd(before, d) + sd(after, d)));
-    let along = |of: fn(&Summary) -> &DVector<f64>| match (is_one, share < 0.5) {
-        (true, _) => of(before).lerp(of(after), share),
-        (false, true) => of(before).clone(),
-        (false, false) => of(after).clone(),
-    };
-    let (mean, mode) = (along(|of| &of.mean), along(|of| &of.mode));
+/// Whether the modes of two estimates are near enough for one on its way to the other.
+fn are_one(before: &Estimate, after: &Estimate) -> bool {
+    before.places.iter().zip(&after.places).all(|(before, after)| {
+        (after.mode - before.mode).norm() <= (ALIKE_SD * (before.sd.norm() + after.sd.norm())).min(ALIKE_M)
+    })
+}
+
+fn state(before: &Summary, after: &Summary, share: f64, along: f64) -> Summary {
+    // A body's mean is its mode, a pose: between two there is none. An arm's is a mean.
+    let is_pose = before.mode.len() == before.mean.len();
+    let mean = before.mean.lerp(&after.mean, if is_pose { along } else { share });
+    let mode = before.mode.lerp(&after.mode, along);
     let pairs = before.bands.iter().zip(&after.bands).enumerate();
     let band = |(d, (b, a)): (usize, (&Interval, &Interval))| {
         let [lo, hi] = reach([b.lo, b.hi], [a.lo, a.hi], [before.mean[d], after.mean[d]], share);
         Interval { lo, hi }
     };
-    Summary {
-        bands: pairs.map(band).collect(),
-        mean,
-        mode,
-        covariance: covariance + &off * off.transpose() * spread(share),
-    }
+    let about = |of: &Summary| {
+        let off = &of.mean - &mean;
+        &of.covariance + &off * off.transpose()
+    };
+    let covariance = about(before) * (1.0 - share) + about(after) * share;
+    Summary { bands: pairs.map(band).collect(), mean, mode, covariance }
 }
 
-fn point(before: &Point, after: &Point, share: f64) -> Point {
+fn point(before: &Point, after: &Point, share: f64, along: f64) -> Point {
     let off = after.mean - before.mean;
     let sd = Vector3::from_fn(|d, _| {
         let variance = (1.0 - share) * before.sd[d].powi(2) + share * after.sd[d].powi(2);
@@ -118,11 +124,9 @@ fn point(before: &Point, after: &Point, share: f64) -> Point {
         let band = |of: &Point| [of.lo[d], of.hi[d]];
         reach(band(before), band(after), [before.mean[d], after.mean[d]], share)
     });
-    let is_one = (after.mode - before.mode).norm() <= ALIKE_SD * (before.sd.norm() + after.sd.norm());
-    let nearer = if share < 0.5 { before.mode } else { after.mode };
     Point {
         mean: before.mean.lerp(&after.mean, share),
-        mode: if is_one { before.mode.lerp(&after.mode, share) } else { nearer },
+        mode: before.mode.lerp(&after.mode, along),
         sd,
         lo: band.map(|[lo, _]| lo),
         hi: band.map(|[_, hi]| hi),
@@ -139,13 +143,15 @@ fn reach(before: [f64; 2], after: [f64; 2], means: [f64; 2], share: f64) -> [f64
     let between = |[a, b]: [f64; 2]| a + share * (b - a);
     let (mean, [lo, hi]) = (between(means), [0, 1].map(|side| between([before[side], after[side]])));
     let apart = NORMAL_UPPER * spread(share).sqrt() * (means[1] - means[0]);
-    [mean - (mean - lo).hypot(apart), mean + (hi - mean).hypot(apart)]
+    // A mean of two branches may lie outside its own band.
+    let wider = |half: f64| half.hypot(apart) - half.abs();
+    [lo - wider(mean - lo), hi + wider(hi - mean)]
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::DMatrix;
+    use nalgebra::{DMatrix, DVector};
 
     fn estimate(x: f64, sd: f64) -> Estimate {
         let mean = Vector3::new(x, 0.0, 1.0);
@@ -205,7 +211,7 @@ mod tests {
         assert!(middle.state.covariance[(0, 0)] > 0.015f64.powi(2));
     }
 
-    /// Far apart, the band holds both; the mode and the pose are of one of them.
+    /// Far apart, the band holds both; the mode and a body's pose are of one of them.
     #[test]
     fn where_windows_disagree_the_band_holds_both() {
         let all = joined(&estimate(0.0, 0.01), &estimate(0.4, 0.01), 10);
@@ -213,5 +219,42 @@ mod tests {
         assert!(middle.lo.x < 0.0 && middle.hi.x > 0.4 && middle.sd.x > 0.19);
         assert!(all.iter().all(|one| [0.0, 0.4].contains(&one.places[0].mode.x)));
         assert!(all.iter().all(|one| [0.0, 0.4].contains(&one.state.mean[0])));
+        // About the pose that is reported.
+        assert!((all[25].state.covariance[(0, 0)] - (0.0001 + 0.16 * 0.425)).abs() < 0.002);
+    }
+
+    /// An arm's state has columns beyond its place, one of them known exactly: its place is where the wrist is, all the same.
+    #[test]
+    fn an_arms_state_goes_with_its_wrist() {
+        let arm = |x: f64, delay_s: f64| {
+            let one = estimate(x, 0.02);
+            let mean = DVector::from_column_slice(&[x, 0.0, 1.0, delay_s]);
+            let covariance = DMatrix::from_diagonal(&DVector::from_column_slice(&[4e-4, 4e-4, 4e-4, 0.0]));
+            Estimate { state: one.places[0].with_state(mean, covariance), ..one }
+        };
+        for one in joined(&arm(0.0, 0.02), &arm(0.03, 0.025), 100) {
+            assert!((one.state.mean[0] - one.places[0].mean.x).abs() < 1e-12);
+            assert!((one.state.covariance[(0, 0)].sqrt() - one.places[0].sd.x).abs() < 1e-12);
+        }
+    }
+
+    /// What speaks against either window speaks against what is made of both.
+    #[test]
+    fn a_doubt_of_either_stays() {
+        let doubted = Estimate { doubt: Some("beyond the reach"), ..estimate(0.0, 0.02) };
+        let right = estimate(0.01, 0.02);
+        for (before, after) in [(&doubted, &right), (&right, &doubted)] {
+            let all = joined(before, after, 10);
+            assert!(all[20..30].iter().all(|one| one.doubt == Some("beyond the reach")));
+        }
+    }
+
+    /// A mean outside its own band, as of one branch in fifty: the band begins where the window before has it.
+    #[test]
+    fn a_band_beside_its_mean_does_not_jump() {
+        let band = [-0.02, 0.0136];
+        assert_eq!(reach(band, [-0.02, 0.02], [0.016, 0.0], 0.0), band);
+        let [lo, hi] = reach(band, [-0.02, 0.02], [0.016, 0.0], 1e-6);
+        assert!((lo - band[0]).abs() < 1e-3 && (hi - band[1]).abs() < 1e-3);
     }
 }

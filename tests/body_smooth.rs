@@ -12,6 +12,7 @@ use pytracker::body::cues::limits::Limits;
 use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
 use pytracker::body::sloped::{Rows, Sloped};
 use pytracker::body::{BodyMethod, CueName, Figure, Group, Momentum, Picture};
+use pytracker::particles::ParticleSet;
 use pytracker::{Error, Estimate, Smoothing, Tracker};
 
 /// The root's place, the left shoulder's three turns and the elbow's.
@@ -138,6 +139,29 @@ fn a_limb_goes_on_as_it_moves() {
             assert!(wrist.lo.z <= wrist.mean.z && wrist.mean.z <= wrist.hi.z);
         }
         assert!(tracker.smoothed(&mut smoothing).unwrap().is_empty());
+    }
+}
+
+/// Beyond 800 frames there is more than one window: every frame once, no jump, and poses are where the joints are.
+#[test]
+fn windows_of_a_long_recording_go_over_into_each_other() {
+    let (tracker, mut smoothing) = (followed(900, 1), Smoothing::default());
+    let mut estimates = tracker.smoothed(&mut smoothing).unwrap();
+    assert_eq!(estimates.len(), 600);
+    estimates.extend(tracker.smoothed(&mut smoothing).unwrap());
+    assert_eq!(estimates.len(), 900);
+    assert!(estimates.windows(2).all(|pair| pair[1].time_s > pair[0].time_s));
+    let jump = |pair: &[Estimate]| {
+        let off = |one: &Estimate| one.state.mean[2] - turned(one.time_s);
+        (off(&pair[1]) - off(&pair[0])).abs()
+    };
+    let most = |frames: &[Estimate]| frames.windows(2).map(jump).fold(0.0, f64::max);
+    assert!(most(&estimates[595..705]) <= most(&estimates[..595]), "{} rad", most(&estimates[595..705]));
+    for estimate in &estimates {
+        let posed = tracker.pose(&ParticleSet::from_rows(3, estimate.state.mean.as_slice()).unwrap()).unwrap().rows();
+        let wrist = Vector3::from_column_slice(&posed[18..21]);
+        let off_m = (wrist - estimate.places[6].mode).norm();
+        assert!(off_m < 1e-3, "{off_m} m at {} s", estimate.time_s);
     }
 }
 
