@@ -12,7 +12,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking import ArmTrack
-from pytracker.tracking.swivel import hangs
+from pytracker.tracking.swivel import HANGS, hangs
 
 
 def tracked(pattern: str, seed: int, heading_deg: float = 0.0, offset_s: float = 0.0) -> ArmTrack:
@@ -51,8 +51,31 @@ def test_an_elbow_above_the_line_from_shoulder_to_wrist_is_told() -> None:
     mirrored = shoulder + 2.0 * (elbow * line).sum(axis=1, keepdims=True) * line - elbow
     joints = {**track.joints, "elbow": dataclasses.replace(track.joints["elbow"], mean=mirrored)}
     (doubt,) = pt.doubts(held := dataclasses.replace(track, joints=joints))
-    assert hangs(held) == pytest.approx(-hangs(track))
+    assert hangs(held) < -0.1
     assert "the elbow would be above the line from shoulder to wrist" in doubt
+
+
+def test_how_an_elbow_hangs() -> None:
+    """Shoulder and wrist level, the elbow below, above or beside the line between them; next to it nothing is known."""
+    simulation = ArmSimulation(pt.ArmScene(duration_s=2.0), 3)
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(1.0))
+    track = pt.track(simulation.recording(), pt.Mixture(), sightings=sightings)
+    assert isinstance(track, ArmTrack)
+    shoulder = np.asarray(track.recording.arm.shoulder_m)
+    count = len(track.time_s)
+
+    def of(elbow: tuple[float, float, float], valid: np.ndarray) -> float:
+        at = {"elbow": shoulder + np.array([0.25, 0.0, 0.0]) + elbow, "wrist": shoulder + np.array([0.5, 0.0, 0.0])}
+        joints = {name: dataclasses.replace(track.joints[name], mean=np.tile(at[name], (count, 1))) for name in at}
+        return hangs(dataclasses.replace(track, joints=joints, valid=valid))
+
+    every = np.ones(count, dtype=bool)
+    assert of((0.0, 0.0, -0.15), every) == pytest.approx((0.15 + HANGS * 0.03) / 0.18)
+    assert of((0.0, 0.0, 0.15), every) == pytest.approx((-0.15 + HANGS * 0.03) / 0.18)
+    assert of((0.0, 0.15, 0.0), every) == pytest.approx(HANGS * 0.03 / 0.18)
+    # Nearly straight: 4 mm above the line are 1.5 degrees of the sensor's axis.
+    assert of((0.0, 0.0, 0.004), every) > 0.1
+    assert of((0.0, 0.0, 0.15), ~every) == pytest.approx(HANGS)
 
 
 def test_a_clock_that_is_off_is_told() -> None:

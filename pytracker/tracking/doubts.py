@@ -81,8 +81,8 @@ def doubts(track: Track) -> tuple[str, ...]:
 
     An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`suspects`): heading,
     clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed,
-    lengths, shoulder and cameras should be what they are said to be; its elbow should hang below the line from shoulder
-    to wrist, and a sensor on the upper arm point along it. A
+    lengths, shoulder and cameras should be what they are said to be. Where nothing of this was said, its elbow should
+    hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. A
     body's key joints should have foreground about them, and its head be where the person's is.
     """
     if isinstance(track, ArmTrack):
@@ -103,13 +103,14 @@ def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
 
 
 def _of_elbow(track: ArmTrack) -> tuple[str, ...]:
-    """Whether the arm is held as people hold it."""
+    """Whether the arm is held as people hold it, most of the time."""
     swivel = hangs(track)
-    if swivel > ABOVE or len(track.time_s) < LEAST_FRAMES:
+    if swivel > ABOVE or np.count_nonzero(track.valid) < LEAST_FRAMES:
         return ()
     return (
         f"{where_of(track.recording)}: the elbow would be above the line from shoulder to wrist most of the time (mean "
-        f"cosine of the arm's swivel {swivel:.2f}, of people 0.3 to 0.9): check mount, heading_deg and side",
+        f"cosine of the arm's swivel {swivel:.2f}, of people 0.3 to 0.9): check mount, heading_deg and side, unless "
+        "it was raised indeed",
     )
 
 
