@@ -72,7 +72,8 @@ def check_worn(
         chosen, rivals = best, found
     near = [one for one in rivals if one.log_evidence > chosen.log_evidence - CLEAR]
     rival = next((one for one in near if not is_same(one, chosen, KIND)), None)
-    return _words(recording, sightings, given, has, chosen, rival, best), chosen
+    kin = [one for one in near if is_same(one, chosen, KIND)]
+    return _words(recording, sightings, given, has, chosen, rival, kin, best), chosen
 
 
 def _words(
@@ -82,18 +83,21 @@ def _words(
     has: tuple[bool, bool, bool],
     chosen: Worn,
     rival: Worn | None,
+    kin: list[Worn],
     best: Worn,
 ) -> list[Finding]:
     degrees = _degrees(chosen)
     whole = f"log evidence {chosen.log_evidence:.0f}, the best of all {best.log_evidence:.0f}"
     if rival is not None:
         words = (
-            f"offset {chosen.offset_s:+.2f} s with heading {degrees:+.0f}° and {rival.offset_s:+.2f} s with "
-            f"{_degrees(rival):+.0f}° explain the recording as well ({whole}, the other's {rival.log_evidence:.0f}): "
-            "move in ways that do not repeat"
+            f"{_in_words(chosen)} and {_in_words(rival)} explain the recording as well ({whole}, the other's "
+            f"{rival.log_evidence:.0f}): move in ways that do not repeat, or give imu.mount"
         )
-        return [Finding("clock and heading", "cannot be told", words)]
+        return [Finding("clock, heading and mount", "cannot be told", words)]
     sds = _sds(recording, sightings, chosen)
+    apart_s = max((abs(one.offset_s - chosen.offset_s) for one in kin), default=0.0)
+    turned = max((abs(_turned(one, chosen)) for one in kin), default=0.0)
+    alike = f"; as good with up to {turned:.0f}° and {apart_s:.2f} s less or more" if turned > 1.0 else ""
     off = float(np.degrees(np.arccos(np.clip(chosen.axis @ given.axis, -1.0, 1.0))))
     is_right = (
         abs(chosen.offset_s - given.offset_s) < max(3 * sds[0], 0.04),
@@ -102,13 +106,13 @@ def _words(
     )
     said = (
         f"offset {chosen.offset_s:+.3f} ± {sds[0]:.3f} s ({whole})",
-        f"{degrees:+.1f} ± {np.degrees(sds[1]):.1f}° to the world",
+        f"{degrees:+.1f} ± {np.degrees(sds[1]):.1f}° to the world{alike}",
         f"from wrist to elbow points the sensor's {_axis(chosen.axis)}, {off:.0f}° from the one that is given",
     )
     writes: tuple[dict[str, object], ...] = (
         {
             "imu.offset_s": round(chosen.offset_s, 3),
-            "imu.offset_sd_s": round(max(3.0 * sds[0], LEAST_OFFSET_SD_S), 3),
+            "imu.offset_sd_s": round(max(3.0 * sds[0], LEAST_OFFSET_SD_S, apart_s), 3),
         },
         {"imu.heading_deg": round(degrees, 1)},
         {"imu.mount": [round(float(x), 5) for x in mount_of(chosen.axis)]},
@@ -121,6 +125,11 @@ def _words(
             ("clock", "heading", "mount"), is_right, has, said, writes, strict=True
         )
     ]
+
+
+def _in_words(worn: Worn) -> str:
+    axis = _axis(worn.axis)
+    return f"offset {worn.offset_s:+.2f} s, heading {_degrees(worn):+.0f}° and the sensor's {axis} towards the elbow"
 
 
 def _degrees(worn: Worn) -> float:

@@ -54,8 +54,8 @@ CLEAR = 15.0
 """Log evidence by which the best must be better than any of another kind."""
 SAME = (0.08, np.radians(12.0), np.radians(20.0))
 """Clocks, headings and axes that are nearer are the same;"""
-KIND = (0.25, np.radians(40.0), np.radians(45.0))
-"""those that are nearer than this are of one kind: what is wrong of one the smoother mends."""
+KIND = (0.2, np.radians(30.0), np.radians(45.0))
+"""those that are nearer than this are of one kind: clock and heading lean on each other, and one of them is written."""
 ALIKE = 4.0
 """What a strap and skin do to so many frames is alike: the evidence counts it so many times, and so does the elbow."""
 
