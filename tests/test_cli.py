@@ -187,6 +187,7 @@ def test_demo_compares_every_method(tmp_path: Path) -> None:
     for kind in ("arm", "body"):
         assert f'href="{kind}/index.html"' in page
         assert f'src="{kind}/overlay.mp4"' in page
+        assert {"arm": "first position held", "body": "first pose held"}[kind] in page
         assert (tmp_path / "report" / kind / "index.html").is_file()
         assert (tmp_path / "report" / kind / "overlay.mp4").stat().st_size > 1000
 
