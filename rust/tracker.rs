@@ -275,7 +275,8 @@ impl Tracker {
         Ok(smoothing.joined(stretch?))
     }
 
-    /// The particles as they stand, with their weights; none of a Gaussian method.
+    /// The particles as they stand, with their weights; none of a Gaussian method. A body's may have columns for what the camera
+    /// does not see, see [`BodyFilter::particles`].
     pub fn particles(&self) -> Option<ParticleSet> {
         match &self.subject {
             Subject::Arm(arm) => arm.particles().cloned(),
@@ -283,10 +284,10 @@ impl Tracker {
         }
     }
 
-    /// Where states `(N, D)` put the places, `(N, 3 P)`: world, m.
+    /// Where states `(N, D)` put the places, `(N, 3 P)`: world, m; a body's with what is not seen or without it.
     ///
     /// # Errors
-    /// [`Error::Size`] for another number of columns than the state has.
+    /// [`Error::Size`] for another number of columns than the state, or the particles, have.
     pub fn pose(&self, states: &ParticleSet) -> Result<ParticleSet> {
         match &self.subject {
             Subject::Arm(arm) => arm.pose(states),

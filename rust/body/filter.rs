@@ -107,7 +107,7 @@ impl BodyFilter {
     /// [`Error::Size`] for another number of columns.
     pub fn pose(&self, states: &ParticleSet) -> Result<ParticleSet> {
         let dim = self.figure.model.dim();
-        if states.dim() != dim + UNSEEN {
+        if states.dim() != dim + UNSEEN || self.method.unseen.is_none() {
             return self.figure.joints_of(states);
         }
         let seen = states.mapped(dim, |block, out| {

@@ -93,7 +93,7 @@ impl Unseen {
 
     /// Key joints `(8 * 3,)` m, moved by a distance, m, a lean and a turn, rad.
     pub fn moved(joints: &[f64], unseen: [f64; UNSEEN], projection: &Projection) -> Vec<f64> {
-        let moved = moved(|k| joints[k], unseen, projection).column_sum();
+        let moved = moves(|k| joints[k], unseen, projection).column_sum();
         joints.iter().zip(&moved).map(|(at, by)| at + by).collect()
     }
 
@@ -104,8 +104,8 @@ impl Unseen {
             return;
         }
         // One standard deviation of each.
-        let moved = moved(|k| joints.mean[k], sds, projection);
-        let added = &moved * moved.transpose();
+        let moves = moves(|k| joints.mean[k], sds, projection);
+        let added = &moves * moves.transpose();
         for (d, band) in joints.bands.iter_mut().enumerate() {
             // As widths of independent normal errors add up; exact where the particles are normal too.
             let wider = |half: f64| half.hypot(NORMAL_UPPER * added[(d, d)].sqrt()) - half.abs();
@@ -117,18 +117,18 @@ impl Unseen {
 }
 
 /// How far a distance, m, a lean and a turn, rad, each move every coordinate of the key joints, `(8 * 3, 3)`.
-fn moved(joints: impl Fn(usize) -> f64, by: [f64; UNSEEN], projection: &Projection) -> DMatrix<f64> {
+fn moves(joints: impl Fn(usize) -> f64, by: [f64; UNSEEN], projection: &Projection) -> DMatrix<f64> {
     let at = |joint: usize| Vector3::from_fn(|d, _| joints(3 * joint + d));
     let [up, beside] = across(projection.viewing_direction(at(0)));
-    let mut moved = DMatrix::zeros(COORDINATES, UNSEEN);
+    let mut moves = DMatrix::zeros(COORDINATES, UNSEEN);
     for (joint, with) in GOES_WITH.into_iter().enumerate() {
         let reach = at(with) - at(0);
         let along = projection.viewing_direction(at(joint));
         for (k, depth) in [by[0], by[1] * reach.dot(&up), by[2] * reach.dot(&beside)].into_iter().enumerate() {
-            moved.fixed_view_mut::<3, 1>(3 * joint, k).copy_from(&(along * depth));
+            moves.fixed_view_mut::<3, 1>(3 * joint, k).copy_from(&(along * depth));
         }
     }
-    moved
+    moves
 }
 
 /// Up in the picture and across it, for a world whose y is up.
