@@ -64,8 +64,7 @@ class BodyMethod(Method):
         unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
         unseen_turn_sd_rad: of its turn about its long axis; likewise.
         skin_loss: log-likelihood lost by hands and bare forearms that lie off the skin, and as much by skin that
-            neither head
-            nor arm wears (fixed scale; the paper has blobs only: 0).
+            neither head nor arm wears (fixed scale; the paper has blobs only: 0).
         foreground_loss: the same of limbs and the foreground above the hips.
         region_reach_m: farther off than this is as bad as any, m.
         keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
@@ -73,8 +72,9 @@ class BodyMethod(Method):
         orientation_inflation: how many times its spread the orientation of a sensor has.
         effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where
             it hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
-        balance: of how far arms reach towards the camera, so much the trunk gives way, as who stands does (0.08 to 0.25
-            of people who do exercises); put it to 0 for who sits. It needs to know how far they reach (else: 0).
+        balance: of how far arms reach towards the camera, so much the trunk gives way, as who stands does (the
+            shoulders of people who do exercises by 0.17 and 0.25); put it to 0 for who sits. It needs to know how far
+            they reach (else: 0).
         crown_m: how far the head's outer shape reaches beyond the end of the skeleton's head, which in CMU skeletons is
             the middle of the face, m (paper: 0).
         edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
