@@ -70,11 +70,11 @@ def test_how_an_elbow_hangs() -> None:
         return hangs(dataclasses.replace(track, joints=joints, valid=valid))
 
     every = np.ones(count, dtype=bool)
-    assert of((0.0, 0.0, -0.15), every) == pytest.approx((0.15 + HANGS * 0.03) / 0.18)
-    assert of((0.0, 0.0, 0.15), every) == pytest.approx((-0.15 + HANGS * 0.03) / 0.18)
-    assert of((0.0, 0.15, 0.0), every) == pytest.approx(HANGS * 0.03 / 0.18)
-    # Nearly straight: 4 mm above the line are 1.5 degrees of the sensor's axis.
-    assert of((0.0, 0.0, 0.004), every) > 0.1
+    assert of((0.0, 0.0, -0.15), every) == pytest.approx((0.15 + HANGS * 0.01) / 0.16)
+    assert of((0.0, 0.0, 0.15), every) == pytest.approx((-0.15 + HANGS * 0.01) / 0.16)
+    assert of((0.0, 0.15, 0.0), every) == pytest.approx(HANGS * 0.01 / 0.16)
+    # Nearly straight: 4 mm above the line are a degree of the sensor's axis.
+    assert of((0.0, 0.0, 0.004), every) > -0.1
     assert of((0.0, 0.0, 0.15), ~every) == pytest.approx(HANGS)
 
 

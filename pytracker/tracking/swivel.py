@@ -10,8 +10,8 @@ __all__ = ["HANGS", "HANGS_SD", "hangs"]
 
 HANGS, HANGS_SD = 0.3, 0.2
 """Of nineteen captured arms of people it is 0.26 to 0.94: less than this becomes unlikely so fast."""
-STRAIGHT_M = 0.03
-"""An elbow that is no farther off the line says little: some degrees of the sensor's axis put it on the other side."""
+STRAIGHT_M = 0.01
+"""An elbow that is no farther off the line says little: two degrees of the sensor's axis put it on the other side."""
 
 
 def hangs(track: ArmTrack) -> float:
