@@ -13,7 +13,9 @@ HOST = $(shell rustc -vV | sed -n 's/^host: //p')
 SANCOV = -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
 	-Cllvm-args=-sanitizer-coverage-pc-table -Cllvm-args=-sanitizer-coverage-trace-compares
 
-.PHONY: help demo reproduce test acceptance fuzz fuzz-core faults lint format bench bench-peers doc clean
+KEYPOINTS := .venv-keypoints
+
+.PHONY: help demo reproduce test test-keypoints acceptance fuzz fuzz-core faults lint format bench bench-peers doc clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -34,6 +36,11 @@ reproduce: $(VENV)/.installed ## Run both papers' tables and figures again, into
 test: $(VENV)/.installed ## Run every test, Rust and Python
 	cargo test --locked
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+test-keypoints: ## The detector's own tests, in an environment of its own: MediaPipe wants NumPy 1
+	test -x $(KEYPOINTS)/bin/python || $(PYTHON) -m venv $(KEYPOINTS)
+	$(KEYPOINTS)/bin/python -m pip install -q --disable-pip-version-check '.[keypoints]' pytest hypothesis
+	cd tests && ../$(KEYPOINTS)/bin/python -m pytest test_detector.py
 
 acceptance: $(VENV)/.installed ## The same, failing where the shared data is absent
 	PYTRACKER_ACCEPTANCE=1 $(BIN)/python -m pytest -n 2 --dist worksteal
@@ -75,4 +82,4 @@ doc: $(VENV)/.installed ## API documentation of both sides into target/doc and t
 	$(BIN)/python -m pdoc -o target/pdoc pytracker
 
 clean: ## Remove everything that was made
-	rm -rf target $(VENV) report reproduced
+	rm -rf target $(VENV) $(KEYPOINTS) report reproduced

@@ -6,7 +6,7 @@
 | `settings` | `--method` and `--set` |
 | `parameters` | what `--help` says of them |
 | `tracking` | `demo`, `track`, `report`, `evaluate`, `inspect` |
-| `setting_up` | `init`, `check` |
+| `setting_up` | `init`, `keypoints`, `check` |
 | `calibrating` | `board`, `calibrate camera`, `calibrate pose` |
 | `studies` | `study`, `reproduce` |
 | `recordings` | `simulate`, `frame` |

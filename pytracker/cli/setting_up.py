@@ -1,4 +1,4 @@
-"""Commands that make a recording ready: `init`, `check`."""
+"""Commands that make a recording ready: `init`, `keypoints`, `check`."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from typing import Annotated
 
 import typer
 
-from pytracker.cli.options import Folder, Force, check_new, say
+from pytracker.cli.options import Folder, Force, Quiet, check_new, say
+from pytracker.cli.terminal import frames_bar
 from pytracker.output import write_whole
 from pytracker.setup import check as look_at
+from pytracker.setup import detect
 from pytracker.setup import init as begin
 
 __all__ = ["commands"]
@@ -36,6 +38,19 @@ def init(
         out, video=video, imu=imu, keypoints=keypoints, truth=truth, camera=known, camera_name=camera, force=force
     )
     say(f"wrote {path}; next: pytracker check {out}", quiet=False)
+
+
+@commands.command("keypoints")
+def find_keypoints(
+    folder: Folder,
+    camera: Annotated[int, typer.Option(min=0, help="Which camera.")] = 0,
+    force: Annotated[bool, typer.Option("--force", help="Replace keypoints that are there.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Find 2-D keypoints in the video, offline, and name them in recording.toml. Needs pytracker[keypoints]."""
+    with frames_bar(quiet) as progress:
+        found = detect(folder, camera, force=force, progress=progress)
+    say(f"wrote {found.path}: somebody in {found.seen} of {found.frames} frames, by {found.detector}", quiet)
 
 
 @commands.command()

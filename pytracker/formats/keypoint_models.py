@@ -11,7 +11,7 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.rotation import Array
 
-__all__ = ["MODELS", "model_of", "name_of"]
+__all__ = ["COCO", "MODELS", "model_of", "name_of"]
 
 FACE = ("nose", "left_eye", "right_eye", "left_ear", "right_ear")
 

@@ -6,6 +6,7 @@
 | `draft` | recording.toml while it is incomplete |
 | `check` | `check`: everything looked at; `check_camera`, `check_imu`, `check_worn`, `check_body`: its parts |
 | `findings` | a line |
+| `detect` | keypoints found in the video |
 | `first_pose` | a body's first pose from keypoints |
 | `frame` | one frame with a grid |
 | `calibrate` | a camera from a video of a board; its pose from points |
@@ -16,6 +17,7 @@
 
 from pytracker.setup.begin import init
 from pytracker.setup.check import Checkup, check
+from pytracker.setup.detect import Detected, detect
 from pytracker.setup.findings import Finding
 
-__all__ = ["Checkup", "Finding", "check", "init"]
+__all__ = ["Checkup", "Detected", "Finding", "check", "detect", "init"]

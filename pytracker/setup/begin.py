@@ -58,7 +58,7 @@ def init(
         "",
         *_camera(folder, Path(video), known, kind, None if keypoints is None else Path(keypoints), turned),
         *([] if imu is None else _imu(folder, Path(imu))),
-        *(_arm(known) if kind == "arm" else _body()),
+        *(_arm(known) if kind == "arm" else _body(folder, keypoints is not None)),
         *([] if truth is None else _truth(folder, Path(truth), kind, known, turned)),
     ]
     write_whole(path, "\n".join(lines) + "\n")
@@ -158,13 +158,14 @@ def _arm(known: dict[str, object]) -> list[str]:
     return [*lines, ""]
 
 
-def _body() -> list[str]:
+def _body(folder: Path, has_keypoints: bool) -> list[str]:
+    them = "keypoints" if has_keypoints else f"keypoints, which pytracker keypoints {folder.name} finds in the video"
     return [
         "[skeleton]",
         "# height_m = 1.70  # missing: the person's height; or file, an Acclaim skeleton",
         "",
         "[initial]",
-        '# angles = "initial.toml"  # missing: the first pose; pytracker check --write finds it from keypoints',
+        f'# angles = "initial.toml"  # missing: the first pose; pytracker check --write finds it from {them}',
         "",
     ]
 

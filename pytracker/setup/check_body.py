@@ -33,7 +33,10 @@ def check_body(draft: Draft) -> list[Finding]:
     elif str(draft.get("truth.file") or "").endswith(".amc"):
         found.append(Finding("first pose", "right", "is the truth's own"))
     elif skeleton is None or view is None or view.keypoints is None:
-        words = "not given: [initial] angles, or keypoints (camera.keypoints), camera and skeleton to find it from"
+        words = (
+            "not given: [initial] angles, or keypoints (camera.keypoints; pytracker keypoints finds them), camera and "
+            "skeleton to find it from"
+        )
         found.append(Finding("first pose", "missing", words))
     else:
         found.append(_first_pose(draft, skeleton, view))

@@ -57,8 +57,8 @@ class Draft:
         name = self.get(place)
         return None if not isinstance(name, str) else self.folder / name
 
-    def set(self, place: str, value: object) -> None:
-        """Put a value where one stood, or at the end of its table."""
+    def set(self, place: str, value: object, note: str = "") -> None:
+        """Put a value where one stood, or at the end of its table, and a note behind it."""
         name, key = place.split(".")
         table = self._table(name)
         if table is None:
@@ -71,7 +71,7 @@ class Draft:
             else:
                 self._document[name] = table
         assert table is not None
-        table[key] = value
+        table[key] = tomlkit.item(value).comment(note) if note else value
 
     def save(self) -> None:
         """Write it, whole."""
