@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 import tomlkit
 
+import pytracker as pt
+from pytracker.formats.truth_csv import read_truth_csv
+from pytracker.recording.upright import to_up
 from pytracker.setup import init
 from pytracker.setup.truth_entry import markers_of, truth_lines
-from pytracker.setup.upright import as_trc, as_z_up, axis_up
+from pytracker.setup.upright import AS_TRC, axis_up, words_of
 
 LEVEL = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 """Looks along +y, z up."""
@@ -18,7 +23,7 @@ LEVEL = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 def test_which_axis_is_up_in_a_picture() -> None:
     assert axis_up(LEVEL) == "z"
-    assert axis_up(as_z_up(LEVEL)) == axis_up(as_trc(LEVEL)) == "y"
+    assert axis_up(LEVEL @ to_up("z", "y").T) == axis_up(LEVEL @ AS_TRC.T) == "y"
     assert axis_up(np.diag([1.0, 1.0, 1.0])) == "-y"
     tilted = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.0, -0.8, -0.6]])
     assert axis_up(tilted) == "-z"
@@ -27,13 +32,41 @@ def test_which_axis_is_up_in_a_picture() -> None:
     assert axis_up(askew) == ""
 
 
-@pytest.mark.parametrize(("turned", "place"), [(as_z_up, (1, 3, -2)), (as_trc, (2, 3, 1))])
-def test_a_turned_camera_sees_turned_points_where_it_saw_them(turned: object, place: tuple[int, int, int]) -> None:
-    at = np.array([0.3, 2.0, 1.1])
-    moved = np.array([np.sign(k) * at[abs(k) - 1] for k in place])
-    assert callable(turned)
-    assert np.allclose(turned(LEVEL) @ moved, LEVEL @ at)
-    assert np.linalg.det(turned(LEVEL)) == pytest.approx(1.0)
+@pytest.mark.parametrize("given", ["x", "-x", "y", "-y", "z", "-z"])
+@pytest.mark.parametrize("wanted", ["y", "z"])
+def test_what_was_up_is_up(given: str, wanted: str) -> None:
+    up = np.sign(-0.5 if given.startswith("-") else 0.5) * np.eye(3)["xyz".index(given[-1])]
+    turn = to_up(given, wanted)
+    assert np.array_equal(turn @ up, np.eye(3)["xyz".index(wanted)])
+    assert np.linalg.det(turn) == pytest.approx(1.0)
+
+
+def test_turns_in_words() -> None:
+    assert words_of(to_up("z", "y")) == "x, z, -y"
+    assert words_of(AS_TRC) == "y, z, x"
+
+
+def test_a_real_calibration_whose_x_axis_is_up(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """The clips' own calibration and triangulated points, as they are: the prepared folder's camera sees them so."""
+    clips = shared("data/people/gestures")
+    video, trc = clips / "0_1_31_p1.cam2.avi", clips / "0_1_31_p1.trc"
+    path = init(tmp_path / "p", video=video, truth=trc, camera=clips / "Calib_board.toml", camera_name="cam2")
+    path.write_text(path.read_text().replace("# height_m = 1.70", "height_m = 1.57"))
+    text = path.read_text()
+    assert "has its x axis up" in text
+    assert 'up = "z"' in text
+    shutil.copy(shared("recordings/people-gesture-31") / "initial.toml", tmp_path / "p")
+    path.write_text(text.replace("[initial]", '[initial]\nangles = "initial.toml"'))
+    recording, prepared = pt.load(tmp_path / "p"), pt.load(shared("recordings/people-gesture-31"))
+    assert isinstance(recording, pt.BodyRecording)
+    assert isinstance(prepared, pt.BodyRecording)
+    assert recording.truth is not None
+    theirs = read_truth_csv(shared("recordings/people-gesture-31") / "truth.csv").positions_m
+    for wrist in ("left_wrist", "right_wrist"):
+        # Of half the size, and from the same three cameras.
+        pixels = recording.view.camera.project(recording.truth.joints_m[wrist][::20])
+        count = len(pixels)
+        assert np.abs(pixels - 2.0 * prepared.view.camera.project(theirs[wrist][::20][:count])).max() < 2.0
 
 
 def test_points_are_joints_by_how_they_are_called() -> None:
@@ -50,19 +83,19 @@ def test_points_are_joints_by_how_they_are_called() -> None:
 
 def test_what_init_says_of_a_truth(tmp_path: Path) -> None:
     file = tmp_path / "joints.csv"
-    assert truth_lines('"motion.amc"', tmp_path / "motion.amc", "body", "right", is_turned=False)[1:] == [
+    assert truth_lines('"motion.amc"', tmp_path / "motion.amc", "body", "right", "")[1:] == [
         'file = "motion.amc"',
         "",
     ]
     file.write_text("time_s,RElbow_x_m,RElbow_y_m,RElbow_z_m\n0,0,0,0\n1,0,0,0\n")
-    lines = truth_lines('"joints.csv"', file, "arm", "right", is_turned=True)
+    lines = truth_lines('"joints.csv"', file, "arm", "right", "z")
     assert lines[2].startswith('markers = { elbow = "RElbow" }')
     assert lines[3].startswith('up = "z"')
     file.write_text('time_s,R"Elbow_x_m,R"Elbow_y_m,R"Elbow_z_m\n0,0,0,0\n1,0,0,0\n')
-    written = "\n".join(truth_lines('"joints.csv"', file, "arm", "right", is_turned=False))
+    written = "\n".join(truth_lines('"joints.csv"', file, "arm", "right", ""))
     assert tomlkit.parse(written)["truth"]["markers"] == {"elbow": 'R"Elbow'}
     file.write_text("nothing\n")
-    assert "cannot be read" in truth_lines('"joints.csv"', file, "arm", "right", is_turned=False)[2]
+    assert "cannot be read" in truth_lines('"joints.csv"', file, "arm", "right", "")[2]
 
 
 def test_a_rotation_that_is_none_is_left_to_the_loader(simulated_body: Path, tmp_path: Path) -> None:

@@ -33,6 +33,7 @@ Box = tuple[Whole, Whole, Whole, Whole]
 """x, y, width, height, px."""
 
 
+Up = Literal["x", "-x", "y", "-y", "z", "-z"]
 ImuColumn = Literal[
     "time_s", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z", "mag_x", "mag_y", "mag_z",
     "q_w", "q_x", "q_y", "q_z"
@@ -115,7 +116,7 @@ class TruthEntry(Entry):
 
     file: str
     markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
-    up: Literal["y", "z"] | None = None
+    up: Up | None = None
     offset_s: Finite = 0.0
 
 
@@ -161,7 +162,7 @@ class BodyTruthEntry(Entry):
     file: str
     rate_hz: Positive | None = None
     markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
-    up: Literal["y", "z"] | None = None
+    up: Up | None = None
     offset_s: Finite = 0.0
 
 

@@ -16,6 +16,7 @@ from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import Truth
 from pytracker.recording.schema import BodyTruthEntry, TruthEntry
+from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
 
 __all__ = ["POINT_FORMATS", "load_points"]
@@ -64,9 +65,8 @@ def load_points(
                     f"{path}: truth.markers.{joint} is {name!r}, expected a marker of {file}: "
                     f"{', '.join(found.positions_m)[:300]}"
                 )
-        points[joint] = _upright(
-            np.mean([found.positions_m[name] for name in names], axis=0), entry.up or UP[kind], UP[kind]
-        )
+        middle = np.mean([found.positions_m[name] for name in names], axis=0)
+        points[joint] = middle @ to_up(entry.up or UP[kind], UP[kind]).T
         gaps[joint] = int(np.isnan(points[joint][:, 0]).sum())
     words = [
         f"{file}: {joint} was not seen in {count} of {len(found.time_s)} frames; they are left out of the scores"
@@ -74,11 +74,3 @@ def load_points(
         if count
     ]
     return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), words
-
-
-def _upright(points: Array, given: str, wanted: str) -> Array:
-    """The same points where another axis is up; x stays."""
-    if given == wanted:
-        return points
-    x, y, z = points.T
-    return np.stack([x, -z, y] if wanted == "z" else [x, z, -y], axis=1)

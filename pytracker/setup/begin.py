@@ -13,16 +13,15 @@ from pytracker.formats.calibration import read_calibration
 from pytracker.formats.imu import read_imu
 from pytracker.formats.video import frames, probe
 from pytracker.output import write_whole
+from pytracker.recording.upright import to_up
 from pytracker.setup.truth_entry import truth_lines
-from pytracker.setup.upright import as_trc, as_z_up, axis_up
+from pytracker.setup.upright import AS_TRC, axis_up, words_of
 
 __all__ = ["init"]
 
 PHONE_FOCAL = 0.8
 """Focal length of a phone's main camera while it films, as a share of the picture's longer side: 0.65 to 0.95."""
 PHONE_FOCAL_SD = 0.1
-AS_UP_Z = "x, z, -y"
-"""How `[truth] up = "z"` turns points."""
 HOW = "pytracker check {folder} --write"
 
 
@@ -50,7 +49,7 @@ def init(
     known = {} if camera is None else read_calibration(camera, camera_name)
     folder.mkdir(parents=True, exist_ok=True)
     kind = "arm" if imu is not None else "body"
-    turned = _turn(known, None if truth is None else Path(truth)) if kind == "body" else ""
+    turned, up = _turn(known, None if truth is None else Path(truth)) if kind == "body" else ("", "")
     lines = [
         "# Made by pytracker init. What is missing is said where it belongs; `pytracker check` looks at all of it.",
         "schema = 1",
@@ -59,7 +58,7 @@ def init(
         *_camera(folder, Path(video), known, kind, None if keypoints is None else Path(keypoints), turned),
         *([] if imu is None else _imu(folder, Path(imu))),
         *(_arm(known) if kind == "arm" else _body(folder, keypoints is not None)),
-        *([] if truth is None else _truth(folder, Path(truth), kind, known, turned)),
+        *([] if truth is None else _truth(folder, Path(truth), kind, known, up)),
     ]
     write_whole(path, "\n".join(lines) + "\n")
     return path
@@ -77,22 +76,26 @@ def _value(value: object) -> str:
     return tomlkit.item(value).as_string()
 
 
-def _turn(known: dict[str, object], truth: Path | None) -> str:
-    """Turn what is known of a body's camera to a world whose y axis is up; how, in words, empty where it was up."""
+def _turn(known: dict[str, object], truth: Path | None) -> tuple[str, str]:
+    """Turn what is known of a body's camera to a world whose y axis is up.
+
+    How, in words, and which axis is up in the truth; both empty where y was up.
+    """
     if "rotation" not in known:
-        return ""
+        return "", ""
     try:
         rotation = np.array(known["rotation"], dtype=float).reshape(3, 3)
     except (TypeError, ValueError):
-        return ""  # said where it is loaded
+        return "", ""  # said where it is loaded
     up = axis_up(rotation)
     if up in ("y", ""):
-        return ""
-    if up != "z":
-        return f"{up} is up in the picture, and a body's world has its y axis up: turn the calibration"
-    is_trc = truth is not None and truth.suffix.lower() == ".trc"
-    known["rotation"] = (as_trc(rotation) if is_trc else as_z_up(rotation)).tolist()
-    return f"turned, the calibration has its z axis up: x, y, z here are its {'y, z, x' if is_trc else AS_UP_Z}"
+        return "", ""
+    first = AS_TRC if truth is not None and truth.suffix.lower() == ".trc" else np.eye(3)
+    of_truth = axis_up(rotation @ first.T)
+    turn = to_up(of_truth, "y") @ first
+    known["rotation"] = (rotation @ turn.T).tolist()
+    words = f"turned, the calibration has its {up} axis up: x, y, z here are its {words_of(turn)}"
+    return words, "" if of_truth == "y" else of_truth
 
 
 def _camera(
@@ -170,6 +173,5 @@ def _body(folder: Path, has_keypoints: bool) -> list[str]:
     ]
 
 
-def _truth(folder: Path, file: Path, kind: str, known: dict[str, object], turned: str) -> list[str]:
-    side = str(known.get("side", "right"))
-    return truth_lines(_named(folder, file), file, kind, side, is_turned=turned.endswith(AS_UP_Z))
+def _truth(folder: Path, file: Path, kind: str, known: dict[str, object], up: str) -> list[str]:
+    return truth_lines(_named(folder, file), file, kind, str(known.get("side", "right")), up)

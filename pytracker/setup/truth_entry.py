@@ -52,8 +52,8 @@ def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, st
     return markers
 
 
-def truth_lines(name: str, file: Path, kind: str, side: str, *, is_turned: bool) -> list[str]:
-    """The table of a file that the recording calls `name`; `is_turned` where the camera's world had its z axis up.
+def truth_lines(name: str, file: Path, kind: str, side: str, up: str = "") -> list[str]:
+    """The table of a file that the recording calls `name`; `up` is the axis that is up in it, where it is not ours.
 
     Of one that cannot be read it says why.
     """
@@ -73,8 +73,8 @@ def truth_lines(name: str, file: Path, kind: str, side: str, *, is_turned: bool)
         lines.append(f"markers = {{ {pairs} }}  # by their names: look whether they are joints, or lie on the skin")
     else:
         lines.append(f"# markers = {{ ... }}  # missing: which of {_one_line(', '.join(names))} are joints")
-    if is_turned:
-        lines.append('up = "z"  # as of the camera; "y" where the file\'s y axis is up')
+    if up:
+        lines.append(f'up = "{up}"  # as of the camera; "y" where the file\'s y axis is up')
     return [*lines, ""]
 
 

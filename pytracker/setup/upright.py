@@ -1,4 +1,4 @@
-"""Calibrations of laboratories have their z axis up, a body's world its y axis: the camera is turned to it."""
+"""Which axis is up in a calibration's world, as its camera sees it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ import numpy as np
 
 from pytracker.rotation import Array
 
-__all__ = ["as_trc", "as_z_up", "axis_up"]
+__all__ = ["AS_TRC", "axis_up", "words_of"]
 
+AS_TRC = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+"""How Pose2Sim turns points of its calibration's world for its TRC files."""
 CLEAR = 0.7
 """An axis that is so much of what is up in the picture is up: no camera is rolled farther."""
 
@@ -25,11 +27,7 @@ def axis_up(rotation: Array) -> str:
     return ("" if up[axis] > 0 else "-") + "xyz"[axis]
 
 
-def as_z_up(rotation: Array) -> Array:
-    """The camera in the world whose x, y, z are x, z, -y: as `[truth] up = "z"` turns points."""
-    return np.asarray(np.asarray(rotation) @ np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]))
-
-
-def as_trc(rotation: Array) -> Array:
-    """The camera in the world whose x, y, z are y, z, x: as Pose2Sim turns the points of its TRC files."""
-    return np.asarray(np.asarray(rotation)[:, [1, 2, 0]])
+def words_of(turn: Array) -> str:
+    """What x, y, z are of the world before it was turned `(3, 3)`, by quarter turns: `x, z, -y`."""
+    largest = np.argmax(np.abs(turn), axis=1)
+    return ", ".join(("-" if turn[k, axis] < 0 else "") + "xyz"[axis] for k, axis in enumerate(largest))
