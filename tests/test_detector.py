@@ -163,3 +163,30 @@ def test_from_a_video_to_a_track(shared: Callable[[str], Path], tmp_path: Path) 
         assert found["median_m"] < error_m, joint
         assert found["across_m"] < 0.03, joint
         assert found["lost_share"] == 0.0, joint
+
+
+@has_mediapipe
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("clip", ["book", "student", "walk", "school"])
+def test_from_a_webcam_to_a_track(shared: Callable[[str], Path], tmp_path: Path, clip: str) -> None:
+    """Nobody calibrated anything: joints are where the detector sees them, and lengths are a person's."""
+    folder = tmp_path / "person"
+    for command in (
+        ["init", str(folder), "--video", str(shared(f"data/video/asl/{clip}.mkv"))],
+        ["keypoints", str(folder)],
+    ):
+        done = CliRunner().invoke(app, command)
+        assert done.exit_code == 0, done.output
+    description = folder / "recording.toml"
+    description.write_text(description.read_text().replace("# height_m = 1.70", "height_m = 1.70"))
+    done = CliRunner().invoke(app, ["check", str(folder), "--write"])
+    assert done.exit_code == 0, done.output
+    recording = pt.load(folder)
+    assert isinstance(recording, pt.BodyRecording)
+    track = pt.track(recording, pt.BodySmooth())
+    keypoints = read_keypoints(folder / "keypoints.csv").points[: len(track.time_s), 0]
+    for joint in ("left_wrist", "right_wrist", "left_elbow", "right_elbow", "left_shoulder", "right_shoulder"):
+        seen = keypoints[:, KEYPOINTS.index(joint)]
+        off = np.linalg.norm(recording.view.camera.project(track.joints[joint].mean) - seen[:, :2], axis=1)
+        sure = seen[:, 2] > 0.8
+        assert sure.mean() < 0.2 or np.median(off[sure]) < 15.0, joint  # of 640

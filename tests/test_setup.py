@@ -323,11 +323,8 @@ def test_a_persons_first_pose_is_found_from_a_detectors_keypoints(clip: str) -> 
     found = first_pose(recording.skeleton, recording.view.camera, points)
     assert found.fits
     assert found.rms_px < 2.0
-    pose = np.zeros((1, len(recording.skeleton.channels)))
-    for name, value in found.angles.items():
-        pose[0, recording.skeleton.channels.index(name)] = value if name.startswith("root_t") else np.radians(value)
     truth = np.genfromtxt(folder / "truth.csv", delimiter=",", names=True)
-    joints = recording.skeleton.joints(pose)
+    joints = recording.skeleton.joints(found.channels(recording.skeleton)[None])
     off = [
         np.linalg.norm(joints[joint][0] - [truth[f"{joint}_{axis}_m"][0] for axis in "xyz"])
         for joint in KEY_JOINTS
@@ -350,6 +347,42 @@ def test_a_body_with_keypoints_needs_no_first_pose(tmp_path: Path) -> None:
     recording = pt.load(folder)
     assert isinstance(recording, pt.BodyRecording)
     assert recording.initial.any()
+
+
+def test_a_body_needs_no_calibration(tmp_path: Path) -> None:
+    """Nor hips in the picture: joints are told from the camera, how they lie to each other is right."""
+    scene = pt.BodyScene(duration_s=2.0, keypoint_sd_px=1.0)
+    true = pt.load(pt.simulate_body(tmp_path / "true", scene, 3))
+    assert isinstance(true, pt.BodyRecording)
+    assert true.truth is not None
+    folder, files = tmp_path / "told", tmp_path / "true"
+    path = pt.setup.init(folder, video=files / "video.mp4", keypoints=files / "keypoints.csv")
+    path.write_text(path.read_text().replace("# height_m = 1.70", "height_m = 1.75"))
+    found = {finding.what: finding for finding in pt.setup.check(folder, write=True).findings}
+    assert found["focal length"].verdict == "doubtful"
+    assert "known to 10%" in found["focal length"].evidence
+    assert found["first pose"].writes["initial.distance_sd_m"]
+    assert list(found["camera's pitch"].writes) == ["camera.rotation"]
+    assert "camera's pitch" not in {finding.what for finding in pt.setup.check(folder).findings}
+    told = pt.load(folder)
+    assert isinstance(told, pt.BodyRecording)
+    track = pt.track(told, pt.BodySmooth())
+    # The simulation's camera is level too, far off and straight before the person.
+    for name in ("left_wrist", "right_wrist", "left_elbow", "right_elbow"):
+        seen = track.joints[name].mean - track.joints["root"].mean
+        truth = true.truth.at(name, track.time_s) - true.truth.at("root", track.time_s)
+        assert np.nanmedian(np.linalg.norm((seen - truth)[:, :2], axis=1)) < 0.08, name
+
+
+def test_a_calibration_by_ourselves_goes_with_a_body(tmp_path: Path, simulated_body: Path) -> None:
+    """Its file says how well the focal length is known."""
+    known = tmp_path / "camera.toml"
+    known.write_text("matrix = [[500.0, 0, 160], [0, 500.0, 120], [0, 0, 1]]\nfocal_sd = 0.002\n")
+    path = pt.setup.init(tmp_path / "new", video=simulated_body / "video.mp4", camera=known)
+    assert "focal_sd = 0.002" in path.read_text()
+    path.write_text(path.read_text().replace("# height_m", "height_m").replace("[initial]", "[truth]"))
+    said = {finding.what for finding in pt.setup.check(tmp_path / "new").findings if finding.verdict == "wrong"}
+    assert not said & {"camera or keypoints", "focal length"}
 
 
 def test_a_body_is_looked_at_too(tmp_path: Path) -> None:

@@ -136,6 +136,7 @@ class BodyCameraEntry(Entry):
     distortion: tuple[Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0)
     rotation: Matrix | None = None
     translation_m: Triple | None = None
+    focal_sd: Spread | None = None
 
 
 class SkeletonEntry(Entry):

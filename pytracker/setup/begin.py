@@ -22,6 +22,8 @@ __all__ = ["init"]
 PHONE_FOCAL = 0.8
 """Focal length of a phone's main camera while it films, as a share of the picture's longer side: 0.65 to 0.95."""
 PHONE_FOCAL_SD = 0.1
+LEVEL = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
+"""World to a camera that looks along -z, in a world whose y axis is up."""
 HOW = "pytracker check {folder} --write"
 
 
@@ -116,10 +118,25 @@ def _camera(
         focal = PHONE_FOCAL * max(info.width, info.height)
         matrix = [[focal, 0.0, (info.width - 1) / 2], [0.0, focal, (info.height - 1) / 2], [0.0, 0.0, 1.0]]
         lines.append(f"matrix = {_value(matrix)}  # guessed, as of a phone: pytracker calibrate camera finds it")
-        if kind == "arm":
-            lines.append(f"focal_sd = {PHONE_FOCAL_SD}")
-    for key in ("distortion", "focal_sd", "rotation_sd_deg", "distance_sd_m"):
+        lines.append(f"focal_sd = {PHONE_FOCAL_SD}")
+    for key in ("distortion", "focal_sd", *(("rotation_sd_deg", "distance_sd_m") if kind == "arm" else ())):
         lines += [f"{key} = {_value(known[key])}"] if key in known else []
+    lines += _camera_pose(known, kind, turned)
+    if kind == "arm":
+        box = "patch_box"
+        how = f"the patch in the first frame, x, y, width, height, px: {HOW.format(folder=folder.name)} finds it"
+        lines.append(f"{box} = {_value(known[box])}" if box in known else f"# {box} = [...]  # missing: {how}")
+    return [*lines, ""]
+
+
+def _camera_pose(known: dict[str, object], kind: str, turned: str) -> list[str]:
+    """Rotation and translation: a body may be tracked as the camera sees it."""
+    if kind == "body" and not {"rotation", "translation_m"} & set(known):
+        return [
+            f"rotation = {_value(LEVEL)}  # guessed, a camera held level: check --write finds its pitch",
+            "translation_m = [0.0, 0.0, 0.0]  # joints are told from the camera: x right of it, y up, z towards it",
+        ]
+    lines = []
     for key, words in (
         ("rotation", "world to camera, three rows: pytracker calibrate pose finds it from points with known places"),
         ("translation_m", "the world's origin in the camera, m: found with it"),
@@ -127,11 +144,7 @@ def _camera(
         lines.append(f"{key} = {_value(known[key])}" if key in known else f"# {key} = [...]  # missing: {words}")
         if key == "rotation" and turned:
             lines[-1] += f"  # {turned}"
-    if kind == "arm":
-        box = "patch_box"
-        how = f"the patch in the first frame, x, y, width, height, px: {HOW.format(folder=folder.name)} finds it"
-        lines.append(f"{box} = {_value(known[box])}" if box in known else f"# {box} = [...]  # missing: {how}")
-    return [*lines, ""]
+    return lines
 
 
 def _imu(folder: Path, file: Path) -> list[str]:

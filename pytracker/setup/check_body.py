@@ -12,6 +12,7 @@ from pytracker.recording.body_view import view_of
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
 from pytracker.rotation import Array
+from pytracker.setup.begin import LEVEL
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 from pytracker.setup.first_pose import FirstPose, first_pose
@@ -20,6 +21,12 @@ from pytracker.skeleton.skeleton import Skeleton
 __all__ = ["check_body"]
 
 INITIAL = "initial.toml"
+USUALLY = np.radians(10.0)
+"""So far cameras look down: a trunk that looks short may lean either way, and few look up."""
+STEEPEST = np.radians(40.0)
+"""A camera that looks down by more sees no trunk that tells."""
+VAGUE = 0.03
+"""A focal length that is known to a larger share is worth a word."""
 AT_FIRST = 5
 """A joint that a detector missed in the first frame is where it is seen in the next ones."""
 
@@ -28,6 +35,13 @@ def check_body(draft: Draft) -> list[Finding]:
     """Line by line; what is not there stops only what needs it."""
     found: list[Finding] = []
     skeleton, view = _skeleton(draft, found), _view(draft, found)
+    focal_sd = float(draft.get("camera.focal_sd") or 0.0)
+    if focal_sd > VAGUE:
+        words = (
+            f"known to {focal_sd:.0%}, and so is how far off the person is: pytracker calibrate camera finds it; how "
+            "the joints lie to each other hardly depends on it"
+        )
+        found.append(Finding("focal length", "doubtful", words))
     if draft.get("initial.angles") is not None or draft.get("initial.frame") is not None:
         found.append(Finding("first pose", "right", "is given; how it stands on the person is said below"))
     elif str(draft.get("truth.file") or "").endswith(".amc"):
@@ -39,8 +53,42 @@ def check_body(draft: Draft) -> list[Finding]:
         )
         found.append(Finding("first pose", "missing", words))
     else:
-        found.append(_first_pose(draft, skeleton, view))
+        if draft.get("camera.rotation") == LEVEL and draft.get("camera.translation_m") == [0.0, 0.0, 0.0]:
+            view = _pitched(draft, skeleton, view, found)
+        found.append(_first_pose(draft, skeleton, view, focal_sd))
     return found
+
+
+def _pitched(draft: Draft, skeleton: Skeleton, view: BodyView, found: list[Finding]) -> BodyView:
+    """The camera turned so that the person stands upright before it, where it was guessed that it is level."""
+    assert view.keypoints is not None
+    points = _first_points(view.keypoints.points[:AT_FIRST, 0])
+    try:
+        pose = first_pose(skeleton, _looking_down(draft, USUALLY).camera, points)
+    except InputError:
+        return view  # said of the first pose
+    _, _, rotations = skeleton.core.pose(pose.channels(skeleton)[None])
+    _, up, near = rotations[0, skeleton.bone("lowerback")][:, 1]
+    pitch = USUALLY + float(np.arctan2(near, up))
+    if abs(pitch) > STEEPEST:
+        return view
+    words = (
+        f"looks {'down' if pitch > 0 else 'up'} by {abs(np.degrees(pitch)):.0f}°, if the person stands upright in the "
+        "first frame: how far joints lie towards the camera hangs on it"
+    )
+    found.append(Finding("camera's pitch", "missing", words, {"camera.rotation": _rotation(pitch)}))
+    return _looking_down(draft, pitch)
+
+
+def _looking_down(draft: Draft, pitch: float) -> BodyView:
+    turned = BodyCameraEntry.model_validate({**draft.table("camera"), "rotation": _rotation(pitch)})
+    return view_of(draft.folder, draft.path, turned)
+
+
+def _rotation(pitch: float) -> list[list[float]]:
+    """Of a camera that looks down by so much, rad, along -z."""
+    c, s = round(float(np.cos(pitch)), 5), round(float(np.sin(pitch)), 5)
+    return [[1.0, 0.0, 0.0], [0.0, -c, s], [0.0, -s, -c]]
 
 
 def _skeleton(draft: Draft, found: list[Finding]) -> Skeleton | None:
@@ -74,13 +122,13 @@ def _view(draft: Draft, found: list[Finding]) -> BodyView | None:
         return None
 
 
-def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView) -> Finding:
+def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: float) -> Finding:
     assert view.keypoints is not None
     if view.keypoints.frames[0] != 0:
         words = f"the keypoints begin at frame {view.keypoints.frames[0]}, expected the video's first to find it from"
         return Finding("first pose", "missing", words)
     try:
-        pose = first_pose(skeleton, view.camera, _first_points(view.keypoints.points[:AT_FIRST, 0]))
+        pose = first_pose(skeleton, view.camera, _first_points(view.keypoints.points[:AT_FIRST, 0]), focal_sd)
     except InputError as error:
         return Finding("first pose", "missing", str(error))
     name, sds = pose.worst

@@ -37,6 +37,8 @@ HIPS_M = 0.93
 """Where the root is looked for first, above the floor."""
 TRUNK_M = 0.5
 """From hips to shoulders."""
+SHOULDERS_M = 0.33
+"""From one to the other."""
 PIXEL_SD = 0.01
 """Of a keypoint, as a share of the person's height in the picture."""
 DISTANCE_SHARE = 0.06
@@ -71,9 +73,19 @@ class FirstPose:
         """Whether every keypoint is explained."""
         return self.worst[1] <= FITS
 
+    def channels(self, skeleton: Skeleton) -> Array:
+        """The pose as the skeleton has it `(D,)`, m and rad."""
+        pose = np.zeros(len(skeleton.channels))
+        for name, value in self.angles.items():
+            pose[skeleton.channels.index(name)] = value if name.startswith("root_t") else np.radians(value)
+        return pose
 
-def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array) -> FirstPose:
-    """From keypoints of one person `(9, 3)`: u, v, confidence. Raises `InputError` where too few are seen."""
+
+def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array, focal_sd: float = 0.0) -> FirstPose:
+    """From keypoints of one person `(9, 3)`: u, v, confidence; `focal_sd` of the camera is a share.
+
+    Raises `InputError` where too few are seen.
+    """
     names = list(KEYPOINTS)
     wanted = [k for k, name in enumerate(names) if name.endswith(("shoulder", "elbow", "wrist", "hip"))]
     seen = [k for k in wanted if np.isfinite(points[k, :2]).all()]
@@ -118,15 +130,17 @@ def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Arr
         for name, value in zip(CHANNELS, best, strict=True)
     }
     rms = float(np.sqrt(np.mean(beside**2)))
-    distance_sd_m = _distance_sd(camera, joints(best[None])[0])
+    distance_sd_m = _distance_sd(camera, joints(best[None])[0], focal_sd)
     return FirstPose(angles, rms, (names[seen[worst]], float(beside[worst] / sd)), distance_sd_m, _is_from_behind(at))
 
 
-def _distance_sd(camera: WeakPerspective | Camera, places: Array) -> float | None:
+def _distance_sd(camera: WeakPerspective | Camera, places: Array, focal_sd: float) -> float | None:
     """How well the size of a person tells how far off they are, m."""
     if not isinstance(camera, Camera):
         return None
-    return round(DISTANCE_SHARE * float(np.linalg.norm(places.mean(axis=0) - camera.position_m)), 3)
+    return round(
+        float(np.hypot(DISTANCE_SHARE, focal_sd)) * float(np.linalg.norm(places.mean(axis=0) - camera.position_m)), 3
+    )
 
 
 def _stands(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> Array:
@@ -154,15 +168,24 @@ def _is_from_behind(seen: dict[str, Array]) -> bool:
 
 
 def _place(camera: Camera, seen: dict[str, Array]) -> Array:
-    """Where the hips are, by how long the trunk is in the picture, m `(3,)`; above the origin where it is not seen."""
-    middle = {}
-    for joint in ("shoulder", "hip"):
-        both = [at for name, at in seen.items() if name.endswith(joint)]
-        if not both:
-            return np.array([0.0, HIPS_M, 0.0])
-        middle[joint] = np.mean(both, axis=0)
-    depth_m = camera.matrix[1][1] * TRUNK_M / max(float(np.linalg.norm(middle["shoulder"] - middle["hip"])), 1.0)
-    ray = camera.ray(middle["hip"])
+    """Where the hips are, by how long the trunk is in the picture, m `(3,)`, or by how wide the shoulders are.
+
+    Above the origin where neither is seen.
+    """
+    shoulders, hips = ([at for name, at in seen.items() if name.endswith(joint)] for joint in ("shoulder", "hip"))
+    if shoulders and hips:
+        top, bottom = np.mean(shoulders, axis=0), np.mean(hips, axis=0)
+        return _along(camera, bottom, TRUNK_M / max(float(np.linalg.norm(top - bottom)), 1.0))
+    if len(shoulders) == len(("left", "right")):
+        width = max(float(np.linalg.norm(shoulders[0] - shoulders[1])), 1.0)
+        return _along(camera, np.mean(shoulders, axis=0), SHOULDERS_M / width) - [0.0, TRUNK_M, 0.0]
+    return np.array([0.0, HIPS_M, 0.0])
+
+
+def _along(camera: Camera, pixel: Array, m_per_px: float) -> Array:
+    """The place that is seen there, so far off that a pixel is so much."""
+    ray = camera.ray(pixel)
+    depth_m = camera.matrix[1][1] * m_per_px
     return np.asarray(camera.position_m + ray * depth_m / float(ray @ np.array(camera.rotation)[2]))
 
 
