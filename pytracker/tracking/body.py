@@ -43,7 +43,7 @@ class BodyTrack(Track):
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
-        points_off_m: how far keypoints alone lie from the first pose across the picture, the median of the arms', m.
+        points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
     """
 
     method: BodyMethod
@@ -76,10 +76,10 @@ class _Watched:
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
         evidence, is_first = observation.evidence, not self.points
         self.points.append((observation.time_s, evidence.keypoints))
+        if is_first:
+            off = np.array(PointsBorneOut(self.camera).off_m(self._first, evidence.keypoints))
+            self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
         if self.is_alone:
-            if is_first:
-                off = np.array(PointsBorneOut(self.camera).off_m(self._first, evidence.keypoints))
-                self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
             return
         means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
         if is_first:

@@ -70,7 +70,8 @@ HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
 """The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
 
 POINTS_OFF_M = 0.10
-"""Keypoints alone may lie so far from the first pose; right ones do by 3 cm at most."""
+POINTS_ON_M = 0.05
+"""Keypoints may lie so far from the first pose; right ones do by 3 cm at most: nearer ones bear it out."""
 
 LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
@@ -236,6 +237,11 @@ def _of_body(track: BodyTrack) -> tuple[str, ...]:
         return ()
     first, all_frames = track.on_person[0], float(np.mean(track.on_person))
     least = f"expected {LEAST_ON_PERSON:.0%} at least"
+    if min(first, all_frames) < LEAST_ON_PERSON and track.points_off_m < POINTS_ON_M:
+        return (
+            f"{where}: {min(first, all_frames):.0%} of the joints are on the foreground, {least}, though the arms are "
+            "where their keypoints are: the background holds a part of the person; camera.background names one without",
+        )
     if first < LEAST_ON_PERSON:
         return (
             f"{where}: at the first frame {first:.0%} of the joints are on the foreground, {least}: check the first "
