@@ -70,9 +70,7 @@ def read_keypoints(path: Path | str, model: str = "auto") -> Keypoints:
         return _table(path)
     if path.suffix.lower() == ".json":
         return _json(path, model)
-    beside = (
-        " (DeepLabCut writes a .csv too: deeplabcut.analyze_videos_converth5_to_csv)" if path.suffix == ".h5" else ""
-    )
+    beside = " (deeplabcut.analyze_videos_converth5_to_csv writes one)" if path.suffix == ".h5" else ""
     raise InputError(
         f"{path}: keypoints as {path.suffix or 'such a file'} are not read, expected a folder, .json, .csv{beside}"
     )
