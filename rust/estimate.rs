@@ -63,10 +63,10 @@ impl Estimate {
         self.state.covariance += noise;
         for point in &mut self.places {
             for d in 0..3 {
-                let reach = NORMAL_UPPER * noise[(d, d)].max(0.0).sqrt();
+                let band = Interval { lo: point.lo[d], hi: point.hi[d] };
+                let Interval { lo, hi } = band.widened(point.mean[d], noise[(d, d)].max(0.0).sqrt());
                 point.sd[d] = self.state.covariance[(d, d)].max(0.0).sqrt();
-                point.lo[d] = point.mean[d] - (point.mean[d] - point.lo[d]).hypot(reach);
-                point.hi[d] = point.mean[d] + (point.hi[d] - point.mean[d]).hypot(reach);
+                (point.lo[d], point.hi[d]) = (lo, hi);
             }
         }
         if let Some(first) = self.places.first() {

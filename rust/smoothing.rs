@@ -5,7 +5,7 @@
 //! disagree the band reaches over both. A pose that is one of several stays one of them.
 
 use crate::estimate::{Estimate, Point};
-use crate::particles::{Interval, NORMAL_UPPER, Summary};
+use crate::particles::{Interval, Summary};
 use nalgebra::Vector3;
 
 /// Frames that are smoothed together, how many before and after them besides, and over how many one window goes over into the next.
@@ -102,10 +102,7 @@ fn state(before: &Summary, after: &Summary, share: f64, along: f64) -> Summary {
     let mean = before.mean.lerp(&after.mean, if is_pose { along } else { share });
     let mode = before.mode.lerp(&after.mode, along);
     let pairs = before.bands.iter().zip(&after.bands).enumerate();
-    let band = |(d, (b, a)): (usize, (&Interval, &Interval))| {
-        let [lo, hi] = reach([b.lo, b.hi], [a.lo, a.hi], [before.mean[d], after.mean[d]], share);
-        Interval { lo, hi }
-    };
+    let band = |(d, (b, a)): (usize, (&Interval, &Interval))| reach(*b, *a, [before.mean[d], after.mean[d]], share);
     let about = |of: &Summary| {
         let off = &of.mean - &mean;
         &of.covariance + &off * off.transpose()
@@ -121,15 +118,15 @@ fn point(before: &Point, after: &Point, share: f64, along: f64) -> Point {
         (variance + spread(share) * off[d] * off[d]).sqrt()
     });
     let band = Vector3::from_fn(|d, _| {
-        let band = |of: &Point| [of.lo[d], of.hi[d]];
+        let band = |of: &Point| Interval { lo: of.lo[d], hi: of.hi[d] };
         reach(band(before), band(after), [before.mean[d], after.mean[d]], share)
     });
     Point {
         mean: before.mean.lerp(&after.mean, share),
         mode: before.mode.lerp(&after.mode, along),
         sd,
-        lo: band.map(|[lo, _]| lo),
-        hi: band.map(|[_, hi]| hi),
+        lo: band.map(|of| of.lo),
+        hi: band.map(|of| of.hi),
     }
 }
 
@@ -139,18 +136,16 @@ fn spread(share: f64) -> f64 {
 }
 
 /// Band between two, which reaches farther where they disagree.
-fn reach(before: [f64; 2], after: [f64; 2], means: [f64; 2], share: f64) -> [f64; 2] {
+fn reach(before: Interval, after: Interval, means: [f64; 2], share: f64) -> Interval {
     let between = |[a, b]: [f64; 2]| a + share * (b - a);
-    let (mean, [lo, hi]) = (between(means), [0, 1].map(|side| between([before[side], after[side]])));
-    let apart = NORMAL_UPPER * spread(share).sqrt() * (means[1] - means[0]);
-    // A mean of two branches may lie outside its own band.
-    let wider = |half: f64| half.hypot(apart) - half.abs();
-    [lo - wider(mean - lo), hi + wider(hi - mean)]
+    let band = Interval { lo: between([before.lo, after.lo]), hi: between([before.hi, after.hi]) };
+    band.widened(between(means), spread(share).sqrt() * (means[1] - means[0]))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::particles::NORMAL_UPPER;
     use nalgebra::{DMatrix, DVector};
 
     fn estimate(x: f64, sd: f64) -> Estimate {
@@ -252,9 +247,9 @@ mod tests {
     /// A mean outside its own band, as of one branch in fifty: the band begins where the window before has it.
     #[test]
     fn a_band_beside_its_mean_does_not_jump() {
-        let band = [-0.02, 0.0136];
-        assert_eq!(reach(band, [-0.02, 0.02], [0.016, 0.0], 0.0), band);
-        let [lo, hi] = reach(band, [-0.02, 0.02], [0.016, 0.0], 1e-6);
-        assert!((lo - band[0]).abs() < 1e-3 && (hi - band[1]).abs() < 1e-3);
+        let (band, next) = (Interval { lo: -0.02, hi: 0.0136 }, Interval { lo: -0.02, hi: 0.02 });
+        assert_eq!(reach(band, next, [0.016, 0.0], 0.0), band);
+        let Interval { lo, hi } = reach(band, next, [0.016, 0.0], 1e-6);
+        assert!((lo - band.lo).abs() < 1e-3 && (hi - band.hi).abs() < 1e-3);
     }
 }

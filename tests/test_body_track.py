@@ -181,12 +181,14 @@ def test_a_method_is_what_it_says_it_is(body: pt.BodyRecording) -> None:
 
     @dataclasses.dataclass(frozen=True, kw_only=True)
     class Odd(pt.Partitioned):
-        sharpness: float = 1000.0
-        alpha: float = 1.0
-        adapt: float = 0.0
+        sharpness: float = 77.0
+        alpha: float = 0.3
+        adapt: float = 1.0
 
     odd, same = pt.track(body, Odd(particles=50), 1), pt.track(body, pt.Partitioned(particles=50), 1)
     assert odd.angles.tobytes() == same.angles.tobytes()
+    paper = pt.track(body, pt.BodyPlain(particles=50, sharpness=77.0, alpha=0.3, adapt=1.0), 1)
+    assert paper.angles.tobytes() != pt.track(body, pt.BodyPlain(particles=50), 1).angles.tobytes()
 
 
 def test_an_arms_method_does_not_track_a_body(body: pt.BodyRecording) -> None:
@@ -384,7 +386,7 @@ def test_a_calibrated_camera_serves_as_well(body: pt.BodyRecording) -> None:
     assert errors[1] < errors[0] + 0.03
 
 
-def test_a_run_leaves_motion_tables_and_a_page(body: pt.BodyRecording, tmp_path: Path) -> None:
+def test_a_run_leaves_motion_and_tables(body: pt.BodyRecording, tmp_path: Path) -> None:
     track = pt.track(body, pt.Partitioned(particles=100), 1)
     out = pt.write_report([track], tmp_path / "out", page=False)
     header = (out / "track.csv").read_text().split("\n")[0]

@@ -59,13 +59,27 @@ def test_a_body_cycle_is_that_of_the_track(body: pt.BodyRecording, method: BodyM
     for joint, rows in track.joints.items():
         assert (cycle.estimate_m[joint] == rows.mean[25]).all()
         cloud = cycle.layers[-1].weighted
-        assert cloud.weights @ cloud.points_m[joint] == pytest.approx(rows.mean[25], abs=1e-12)
+        mean = cloud.weights @ cloud.points_m[joint]
+        assert mean[:2] == pytest.approx(rows.mean[25, :2], abs=1e-12)
+        # In depth it has a draw of what the camera does not see.
+        assert mean[2] == pytest.approx(rows.mean[25, 2], abs=1e-12 + 3 * rows.sd[25, 2] / cloud.ess**0.5)
     left = cycle.layers[-1].resampled
     then = pt.record_cycle(body, method, 3, frame=26).layers[0].arriving
     assert left is not None
     assert left.weights == pytest.approx(then.weights, rel=1e-12)
     assert all((left.points_m[joint] == then.points_m[joint]).all() for joint in track.joints)
     assert [layer.moved_by.startswith("diffusion of ") for layer in cycle.layers] == [True] * len(method.layers)
+
+
+def test_a_bodys_cloud_is_as_wide_as_its_bands(body: pt.BodyRecording) -> None:
+    """What the camera does not see was cut from it: the head's cloud had no depth at all."""
+    method = pt.Partitioned(particles=2000)
+    sd = pt.track(body, method, 3).joints["head"].sd[40, 2]
+    cycle = pt.record_cycle(body, method, 3, frame=40)
+    for cloud in (cycle.layers[0].arriving, cycle.layers[-1].weighted):
+        depth = cloud.points_m["head"][:, 2]
+        off = depth - cloud.weights @ depth
+        assert np.sqrt(cloud.weights @ off**2) == pytest.approx(sd, rel=0.2)
 
 
 def test_layers_say_what_they_did(circle: Simulated) -> None:

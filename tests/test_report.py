@@ -16,8 +16,12 @@ from conftest import load_arm
 import pytracker as pt
 from pytracker.evidence import sight
 from pytracker.formats.video import frames
+from pytracker.report.arm_page import render_arm_page
+from pytracker.report.body_page import render_body_page
+from pytracker.report.contents import contents_of
 from pytracker.report.labels import HELD, labels
-from pytracker.report.tables import read_track
+from pytracker.report.tables import read_track, write_metadata
+from pytracker.tracking import ArmTrack
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -96,6 +100,25 @@ def test_a_folder_is_written_whole_or_not_at_all(tracks: list[pt.Track], tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     with pytest.raises(pt.InputError, match="no track"):
         pt.write_report([], tmp_path / "none")
+
+
+def test_a_page_is_made_of_what_was_found(
+    tracks: list[pt.Track], body: pt.BodyRecording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Once it is known what a report is made of nothing is tracked again, and no evidence extracted."""
+    arms = [track for track in tracks if isinstance(track, ArmTrack)]
+    bodies = [pt.track(body, pt.BodyPlain(particles=20), 1)]
+    of_arms, of_bodies = contents_of(arms), contents_of(bodies)
+
+    def never(*_: object, **__: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("pytracker.tracking.arm.Tracker", never)
+    monkeypatch.setattr("pytracker.tracking.body.Tracker", never)
+    monkeypatch.setattr("pytracker.evidence.silhouette.Silhouette.__call__", never)
+    assert "Edges and skin" in render_body_page(bodies, of_bodies, has_overlay=False)
+    assert "Effective sample size" in render_arm_page(arms, of_arms, has_overlay=False)
+    write_metadata(tmp_path / "metadata.json", of_arms)
 
 
 @pytest.fixture(scope="module")

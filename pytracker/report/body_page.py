@@ -94,10 +94,10 @@ def _figures(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequenc
             figures.angles(main, labels[0]),
         ),
     ]
-    if main.recording.view.video is not None:
-        image, foreground, cues = evidence_pictures(main, len(main.time_s) // 2)
+    if main.shown is not None:
+        image, foreground, cues = evidence_pictures(main)
         made += [
-            ("Foreground", "A frame; its foreground from grey; its foreground from colour", foreground),
+            ("Foreground", "A frame; its foreground, white on black", foreground),
             ("Edges and skin", "The same frame; its edges within the foreground; its skin", cues),
         ]
         if main.recording.view.fit is not None:

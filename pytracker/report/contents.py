@@ -1,4 +1,7 @@
-"""What a report is made of, computed once: pages and tables run no filter."""
+"""What a report is made of, computed once: tracks, scores, and doubts, for which an arm's recording is tracked again.
+
+Pages and tables are made of this and run nothing.
+"""
 
 from __future__ import annotations
 

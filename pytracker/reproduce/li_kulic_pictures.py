@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
 
+from pytracker.evidence.senses import senses_of
+from pytracker.evidence.silhouette import Silhouette
 from pytracker.formats.video import frames
 from pytracker.recording.recording import BodyRecording
 from pytracker.report import body_figures
-from pytracker.report.body_evidence import evidence_pictures
+from pytracker.report.body_evidence import evidence_pictures, side_by_side
 from pytracker.report.body_overlay import draw_body
 from pytracker.report.page import embedded
 from pytracker.report.study_figures import errors_of_runs, sheet
@@ -71,7 +74,14 @@ def projection(recording: BodyRecording, example: BodyTrack) -> Section:
 
 def evidence(example: BodyTrack) -> Section:
     """Figs. 3 and 4."""
-    _, foreground, cues = evidence_pictures(example, len(example.time_s) // 2)
+    image, _, cues = evidence_pictures(example)
+    extract = senses_of(example.recording).silhouette
+    assert extract is not None
+    assert example.shown is not None
+    in_grey = Silhouette(
+        extract.background, extract.px2_per_m2**0.5, dataclasses.replace(extract.parameters, colour=False)
+    )
+    foreground = side_by_side(image, in_grey(image).foreground, example.shown.foreground)
     return Section(
         "evidence",
         "Figs. 3 and 4: evidence",

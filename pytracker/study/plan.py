@@ -17,9 +17,9 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.digest import sha256_of
-from pytracker.formats.toml_file import parse_toml
 from pytracker.methods.method import Method
 from pytracker.recording.load import load
+from pytracker.recording.schema import read_recording_file
 from pytracker.simulate import ArmScene, BodyScene
 
 __all__ = ["Run", "Study", "StudyRecording", "plain"]
@@ -69,10 +69,9 @@ class StudyRecording:
             return "arm" if isinstance(self.scene, ArmScene) else "body"
         assert self.folder is not None
         try:
-            kind = parse_toml(self.folder / "recording.toml").get("kind")
+            return read_recording_file(self.folder / "recording.toml").kind
         except (OSError, InputError):
             return ""
-        return kind if kind in ("arm", "body") else ""
 
     def digest(self) -> str:
         """Of every file that it is made of, a folder's or a scene's motion: another content is another run.

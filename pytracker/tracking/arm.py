@@ -9,7 +9,7 @@ import numpy as np
 
 from pytracker._core import Tracker, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
-from pytracker.methods.arm import ArmMethod
+from pytracker.methods.arm import ArmMethod, ParticleMethod
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 from pytracker.tracking.follow import Followed, follow, smoothed
@@ -66,7 +66,8 @@ def track_arm(
         sightings = sight(recording, progress=progress)
     seen = time.perf_counter()
     tracker = Tracker(recording, method, seed)
-    at_once = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, getattr(method, "particles", 1))))
+    particles = method.particles if isinstance(method, ParticleMethod) else 1
+    at_once = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, particles)))
     source = recording.observations(sightings)
     found = follow(tracker, source, at_once=at_once, progress=progress, threads=threads)
     found.table |= smoothed(tracker, found.tracked, progress, threads)

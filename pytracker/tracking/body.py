@@ -16,18 +16,36 @@ from pytracker.evidence.sightings import Progress
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen
+from pytracker.formats.video import Image
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
-__all__ = ["BodyTrack", "track_body"]
+__all__ = ["BodyTrack", "Shown", "track_body"]
 
 LOOK_EVERY = 10
 """In every so many frames it is looked whether the skeleton stands on the person."""
 ABOUT_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """What the evidence was at one frame, to be looked at.
+
+    Attributes:
+        index: which frame, from 0.
+        foreground: 255 where the person is `(H, W)`.
+        edges: 255 on a detected edge `(H, W)`.
+        skin: 255 on skin `(H, W)`.
+    """
+
+    index: int
+    foreground: Image
+    edges: Image
+    skin: Image
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,6 +62,7 @@ class BodyTrack(Track):
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
+        shown: the evidence of a frame about the middle; None without a video.
     """
 
     method: BodyMethod
@@ -55,6 +74,7 @@ class BodyTrack(Track):
     on_person: Array
     head_off_m: Array
     points_off_m: float = float("nan")
+    shown: Shown | None = None
 
 
 class _Watched:
@@ -70,6 +90,7 @@ class _Watched:
         self.on_person: list[float] = []
         self.points: list[tuple[float, Array | None]] = []
         self.points_off_m = float("nan")
+        self._shown: tuple[Shown, ...] = ()
         self.is_alone = recording.view.video is None
         self.has_keypoints = recording.view.keypoints is not None
 
@@ -81,6 +102,7 @@ class _Watched:
             self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
         if self.is_alone:
             return
+        self._show(len(self.points) - 1, observation.index or 0, evidence)
         means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
         if is_first:
             self.head_off_m = head_off(self.camera, self._first, evidence)
@@ -89,6 +111,17 @@ class _Watched:
             self.stature.look(observation.time_s, means, evidence.foreground)
         if (len(self.points) - 1) % LOOK_EVERY == 0:
             self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
+
+    @property
+    def shown(self) -> Shown | None:
+        """Of a frame between a quarter and three quarters of the way."""
+        return self._shown[0] if self._shown else None
+
+    def _show(self, row: int, index: int, evidence: BodyEvidence) -> None:
+        """Keep two, as how many frames there will be is not known: the powers of two, the last and the one before."""
+        if row & (row - 1) == 0:
+            kept = Shown(index, evidence.foreground, evidence.edges, evidence.skin)
+            self._shown = (*self._shown[-1:], kept)
 
     def reasons(self, table: dict[str, Any]) -> list[dict[str, str]]:
         """What speaks against each joint of a frame, `""` for the frame.
@@ -159,7 +192,7 @@ def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Arra
     """Why joints of a frame are not to be believed, by joint, `""` for the frame; empty where they are."""
     seen = watched.reasons(found.table)
     # A paper's filter sees blobs and nothing else of the skin.
-    if method.skin_loss == 0.0 and not watched.is_alone:
+    if "regions" not in method.cues and not watched.is_alone:
         blind = [not np.isfinite(row).any() for row in blobs]
         seen = [words or ({"": "no skin blob"} if none else {}) for words, none in zip(seen, blind, strict=True)]
     for words, doubt in zip(seen, found.table["doubt"], strict=True):
@@ -209,6 +242,7 @@ def _assemble(
         on_person=np.array(watched.on_person),
         head_off_m=watched.head_off_m,
         points_off_m=watched.points_off_m,
+        shown=watched.shown,
         stage_s=stage_s,
         lost=found.lost,
     )

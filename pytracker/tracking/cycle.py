@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import InputError, LayerRecord, Observation, Tracker
 from pytracker.evidence.observations import read_evidence
@@ -112,12 +113,19 @@ def record_cycle(
     evidence = read_evidence(recording, progress) if sightings is None else sightings
     observed = _up_to(frame, tracker, recording.observations(evidence), progress)
     states, weights = tracker.particles, tracker.weights
+    estimate, records = tracker.observe_recorded(observed)
+    after = tracker.particles
+    assert estimate is not None
     assert states is not None
     assert weights is not None
-    estimate, records = tracker.observe_recorded(observed)
-    assert estimate is not None
-    # Layers move and weigh what is seen.
-    states = states[:, : len(estimate.mean)]
+    assert after is not None
+    # Layers move and weigh what is seen; what is not, goes with every particle.
+    unseen = after[:, len(estimate.mean) :]
+
+    def places(seen: Array) -> dict[str, Array]:
+        return tracker.pose(np.ascontiguousarray(np.hstack([seen, unseen])))
+
+    prior = Cloud(tracker.pose(states), weights)
     pixels = [pixel or (np.nan, np.nan) for pixel in observed.pixels]
     return Cycle(
         recording=recording,
@@ -125,7 +133,7 @@ def record_cycle(
         seed=seed,
         frame=frame,
         time_s=observed.time_s,
-        layers=_layers(Cloud(tracker.pose(states), weights), records, method.layers_in_words(), tracker.pose),
+        layers=_layers(prior, records, method.layers_in_words(), places),
         estimate_m={name: place.mean for name, place in estimate.places.items()},
         truth_m=_truth(recording, observed.time_s),
         pixels=np.array(pixels) if pixels else None,
@@ -160,10 +168,11 @@ def _layers(
     arriving, layers = prior, []
     for number, (moved_by, weighed_by) in enumerate(words):
         parts = [record for record in records if record.layer == number]
-        at = places(np.ascontiguousarray(np.concatenate([part.predicted for part in parts])))
-        count = len(arriving.weights)
+        states = np.concatenate([part.predicted for part in parts])
+        at, count = places(states), len(states)
         weighted = Cloud(at, np.concatenate([part.weights * (len(part.weights) / count) for part in parts]))
-        resampled = _resampled(parts, weighted)
+        left = _left(parts, weighted.weights)
+        resampled = None if left is None else Cloud(places(states[left[0]]), left[1])
         # A cue may have had nothing to say.
         said = "" if np.array_equal(weighted.weights, arriving.weights) else weighed_by
         layers.append(CycleLayer(moved_by, said, arriving, Cloud(at, arriving.weights), weighted, resampled))
@@ -171,19 +180,18 @@ def _layers(
     return tuple(layers)
 
 
-def _resampled(parts: list[LayerRecord], weighted: Cloud) -> Cloud | None:
-    """What the islands left, those that did not resample as they were; None where none did."""
+def _left(parts: list[LayerRecord], weights: Array) -> tuple[NDArray[np.intp], Array] | None:
+    """Which rows the islands left with what weights, those that did not resample as they were; None where none did."""
     if all(part.ancestors is None for part in parts):
         return None
-    chosen, weights, first = [], [], 0
+    rows, of_rows, first = [], [], 0
     for part in parts:
         size = len(part.weights)
         stays = part.ancestors is None
-        chosen.append(first + (np.arange(size) if part.ancestors is None else part.ancestors))
-        weights.append(weighted.weights[first : first + size] if stays else np.full(size, 1 / len(weighted.weights)))
+        rows.append(first + (np.arange(size) if part.ancestors is None else part.ancestors))
+        of_rows.append(weights[first : first + size] if stays else np.full(size, 1 / len(weights)))
         first += size
-    rows = np.concatenate(chosen)
-    return Cloud({name: points[rows] for name, points in weighted.points_m.items()}, np.concatenate(weights))
+    return np.concatenate(rows), np.concatenate(of_rows)
 
 
 def _truth(recording: Recording, time_s: float) -> dict[str, Array]:

@@ -11,7 +11,7 @@
 use super::figure::KEY_JOINTS;
 use crate::Result;
 use crate::error::require;
-use crate::particles::{NORMAL_UPPER, ParticleSet, Summary};
+use crate::particles::{ParticleSet, Summary};
 use crate::projection::Projection;
 use crate::rng::Streams;
 use nalgebra::{DMatrix, Vector3};
@@ -107,10 +107,7 @@ impl Unseen {
         let moves = moves(|k| joints.mean[k], sds, projection);
         let added = &moves * moves.transpose();
         for (d, band) in joints.bands.iter_mut().enumerate() {
-            // As widths of independent normal errors add up; exact where the particles are normal too.
-            let wider = |half: f64| half.hypot(NORMAL_UPPER * added[(d, d)].sqrt()) - half.abs();
-            band.lo -= wider(joints.mean[d] - band.lo);
-            band.hi += wider(band.hi - joints.mean[d]);
+            *band = band.widened(joints.mean[d], added[(d, d)].sqrt());
         }
         joints.covariance += added;
     }
@@ -142,7 +139,7 @@ fn across(away: Vector3<f64>) -> [Vector3<f64>; 2] {
 mod tests {
     use super::*;
     use crate::camera::Camera;
-    use crate::particles::ParticleSet;
+    use crate::particles::{NORMAL_UPPER, ParticleSet};
     use nalgebra::Matrix3;
 
     const SD: Unseen = Unseen { distance_m: 0.05, first_distance_m: 0.0, lean: 0.1, turn: 0.2 };

@@ -38,6 +38,16 @@ pub struct Interval {
     pub hi: f64,
 }
 
+impl Interval {
+    /// The band about `mean` with an independent normal error of standard deviation `sd` besides. Half widths add up as those of
+    /// normal errors do, which is exact where the band is one's; it grows, too, where the mean of two branches lies outside it.
+    #[must_use]
+    pub fn widened(self, mean: f64, sd: f64) -> Self {
+        let wider = |half: f64| half.hypot(NORMAL_UPPER * sd) - half.abs();
+        Self { lo: self.lo - wider(mean - self.lo), hi: self.hi + wider(self.hi - mean) }
+    }
+}
+
 /// All that is reported of a set.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {

@@ -104,7 +104,7 @@ impl Observation {
         Ok(made(observation::Observation::orientation(time_s, worn), index))
     }
 
-    /// A body's camera frame: what it shows, such as a `pytracker.evidence.Picture`: `edges` `(H, W)` bytes (0 is none), `None` without an image,
+    /// A body's camera frame: what it shows, such as a `pytracker.evidence.BodyEvidence`: `edges` `(H, W)` bytes (0 is none), `None` without an image,
     /// `blobs` `(B, 2)`, centres, px, in no order; `skin_region` and `foreground_region`, each `None` or a pair: distance of
     /// every pixel `(H, W)`, px, and some points `(P, 2)`, px; `keypoints` `(P, 9, 3)`: of each person u, v and standard
     /// deviation, px, in the order of `KEYPOINTS`, NaN where not seen. Raises `InputError`.
