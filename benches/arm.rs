@@ -2,9 +2,10 @@
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::{Matrix3, Vector2, Vector3};
-use pytracker::arm::ekf::Correction;
-use pytracker::arm::particle::{ArmLayer, Cue, Mover};
-use pytracker::arm::state::{GaussMarkov, View};
+use pytracker::arm::cues::CueName;
+use pytracker::arm::particle::{ArmLayer, Mover};
+use pytracker::arm::process::GaussMarkov;
+use pytracker::arm::state::View;
 use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
@@ -27,7 +28,7 @@ fn tracker(method: Method, noise: Noise) -> Tracker {
     ArmFilter::new(arm, views, noise, method, 1).expect("a tracker").into()
 }
 
-fn particles(layers: &[(Mover, &[Cue])], len: usize, bias: bool) -> Tracker {
+fn particles(layers: &[(Mover, &[CueName])], len: usize, bias: bool) -> Tracker {
     let noise = Noise { bias: bias.then_some(GaussMarkov { start_sd: 0.15, density: 0.01 }), ..Noise::default() };
     let method = Method::Particles {
         layers: layers.iter().map(|(mover, cues)| ArmLayer { mover: *mover, cues: cues.to_vec() }).collect(),
@@ -72,9 +73,9 @@ fn still(time_s: f64) -> Sample {
 }
 
 fn camera_frame(c: &mut Criterion) {
-    let colour: &[Cue] = &[Cue::Colour];
-    let length: &[Cue] = &[Cue::ArmLength];
-    let both: &[Cue] = &[Cue::Colour, Cue::ArmLength];
+    let colour: &[CueName] = &[CueName::Colour];
+    let length: &[CueName] = &[CueName::ArmLength];
+    let both: &[CueName] = &[CueName::Colour, CueName::ArmLength];
     let mut group = c.benchmark_group("arm_frame");
     for len in [500, 5_000, 50_000] {
         let methods = [
@@ -86,7 +87,7 @@ fn camera_frame(c: &mut Criterion) {
             group.bench_function(BenchmarkId::new(name, len), |b| b.iter(|| frame(&mut tracker, &mut time_s)));
         }
     }
-    let corrections = vec![Correction::ArmLength];
+    let corrections = vec![CueName::ArmLength];
     let (mut mixture, mut time_s) = (tracker(Method::Mixture { corrections, components: 12 }, worn()), 0.0);
     group.bench_function("mixture", |b| b.iter(|| frame(&mut mixture, &mut time_s)));
     group.finish();
@@ -94,7 +95,7 @@ fn camera_frame(c: &mut Criterion) {
 
 /// Twenty seconds of a wrist that hardly moves, at 25 frames/s.
 fn recording(c: &mut Criterion) {
-    let corrections = vec![Correction::ArmLength];
+    let corrections = vec![CueName::ArmLength];
     let mut smoother = tracker(Method::Smoother { corrections, components: 12, setup: None }, worn());
     let mut time_s = 0.0;
     for k in 0..500 {

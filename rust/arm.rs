@@ -9,17 +9,15 @@
 //! | [`state`] | eq. (3), with optional columns for bias and patch offset |
 //! | [`motion`] | eqs (4)-(6), (8), (10): the motion of all IMU samples since the last frame, composed |
 //! | [`timeline`] | which sample holds when; the orientation at a frame |
-//! | [`colour`] | eqs (7), (9), (11): the patch |
-//! | [`length`] | eqs (15), (16): the upper arm's length |
-//! | [`rest`] | not in the paper: lying still as a measurement of no velocity |
+//! | [`process`] | not in the paper: what wanders slowly |
+//! | [`posed`] | eqs (1), (2): where a state puts the arm, with slopes |
+//! | [`cues`] | eqs (7), (9), (11), (15), (16): what a frame says of it, one file a cue |
+//! | [`stillness`] | not in the paper: rest, told from the IMU |
 //! | [`pause`] | not in the paper: where the arm may be after nothing was heard and seen |
 //! | [`plausible`] | not in the paper: estimates that no arm can have, or that the picture contradicts |
 //! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
 //! | [`worn`] | not in the paper: the motion of a worn sensor, whose orientation is not quite right |
-//! | [`measurements`] | not in the paper: what a frame measures of that state, with slopes |
-//! | [`landmark`] | not in the paper: shoulder and elbow as a camera sees them |
-//! | [`upper_arm`] | not in the paper: a sensor on the upper arm |
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
 //! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states, `ways` to start from, `weighed` |
@@ -28,25 +26,23 @@
 //! | [`filter`] | one of them, sample by sample and frame by frame |
 
 mod branch;
-pub mod colour;
+pub mod cues;
 pub mod ekf;
 pub mod filter;
 pub mod frame;
-pub mod landmark;
-pub mod length;
-pub mod measurements;
 pub mod method;
 pub mod mixture;
 pub mod motion;
 pub mod particle;
 pub mod pause;
 pub mod plausible;
-pub mod rest;
+pub mod posed;
+pub mod process;
 pub mod setup;
 pub mod smooth;
 pub mod state;
+pub mod stillness;
 pub mod timeline;
-pub mod upper_arm;
 mod ways;
 mod weighed;
 pub mod worn;

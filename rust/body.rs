@@ -6,7 +6,8 @@
 //! | file | paper |
 //! |---|---|
 //! | [`model`] | IV-A1: the sub-model, many particles at once |
-//! | `forward`, `lanes` | its kinematics in vector instructions |
+//! | `segment`, `forward`, `lanes` | its kinematics in vector instructions |
+//! | [`joints`] | names: groups, key joints, keypoints |
 //! | [`figure`] | IV-A2: the outer shape, the key joints, the limits of joints |
 //! | [`motion`] | IV-C1: zero-order dynamics |
 //! | [`edges`] | eq. (4): the edge cue |
@@ -27,6 +28,7 @@ pub mod edges;
 pub mod figure;
 pub mod filter;
 mod forward;
+pub mod joints;
 mod lanes;
 pub mod method;
 mod mirrored;
@@ -34,6 +36,7 @@ pub mod model;
 pub mod momentum;
 pub mod motion;
 pub mod picture;
+mod segment;
 pub mod skin;
 pub mod sloped;
 mod smooth;
@@ -42,8 +45,9 @@ pub mod unseen;
 
 pub use cues::Blend;
 pub use cues::region::Region;
-pub use figure::{Figure, Group, KEY_JOINTS, Part};
+pub use figure::{Figure, Part};
 pub use filter::BodyFilter;
+pub use joints::{Group, KEY_JOINTS, KEYPOINTS};
 pub use method::{BodyLayer, BodyMethod, CueName, Diffusion, Mover};
 pub use momentum::Momentum;
 pub use picture::Picture;

@@ -21,7 +21,7 @@ mod smoother;
 
 pub use backward::{Backward, backward};
 pub use islands::Islands;
-pub use kalman::{Correction, Gaussian, Linear};
+pub use kalman::{Gaussian, Innovation, Linear};
 pub use layered::{LayeredFilter, Resampling};
 pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};

@@ -1,6 +1,6 @@
 //! What reaches a tracker, from a recording or from a live source: a time, and what was observed then.
 
-use crate::arm::landmark::Landmark;
+use crate::arm::cues::landmark::Landmark;
 use crate::body::Picture;
 use crate::body::cues::orientation::Orientation;
 use crate::quaternion::Quaternion;

@@ -80,7 +80,7 @@ mod _core {
         module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), joints.map(|(name, _, _)| name))?)?;
         module
             .add("KEY_PLACES", pyo3::types::PyTuple::new(module.py(), joints.map(|(_, bone, along)| (bone, along)))?)?;
-        let points = crate::body::cues::keypoints::KEYPOINTS;
+        let points = crate::body::KEYPOINTS;
         module.add("KEYPOINTS", pyo3::types::PyTuple::new(module.py(), points.map(|(name, _, _)| name))?)
     }
 }

@@ -4,7 +4,7 @@
 //! beyond it, a frame that is not later than the last is refused, a track that was lost stays lost, and all of it is saved
 //! and restored.
 
-use crate::arm::upper_arm::Direction;
+use crate::arm::cues::upper_arm::Direction;
 use crate::arm::{self, ArmFilter};
 use crate::body::cues::orientation::Segment;
 use crate::body::{BodyFilter, KEY_JOINTS};

@@ -1,8 +1,10 @@
-//! The layered particle filter against the Kalman answer on a linear-Gaussian model.
+//! The filters against the Kalman answer on a linear-Gaussian model: particles nearly, one Gaussian to rounding.
 
-use nalgebra::{DMatrix, DVector, Matrix2, RowVector2, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use pytracker::Error;
-use pytracker::filter::{Gaussian, History, Layer, LayeredFilter, Likelihood, Resampling, Transition, backward};
+use pytracker::filter::{
+    Gaussian, History, Layer, LayeredFilter, Likelihood, Mixture, Resampling, Transition, backward,
+};
 use pytracker::particles::{BlockMut, ParticleSet};
 use pytracker::resample::Scheme;
 use pytracker::rng::{Stream, Streams};
@@ -78,22 +80,51 @@ fn observations() -> Vec<f64> {
     (0..25).map(|k| 0.5 * (0.15 * f64::from(k)).sin() + 0.1 * f64::from(k % 3)).collect()
 }
 
+/// A position seen, by the textbook: gain, Joseph's form, the density of the innovation.
+fn corrected(state: &mut Gaussian, z: f64) -> f64 {
+    let variance = state.covariance[(0, 0)] + SENSOR * SENSOR;
+    let gain = state.covariance.column(0) / variance;
+    let innovation = z - state.mean[0];
+    state.mean += &gain * innovation;
+    let keep = DMatrix::identity(2, 2) - &gain * DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+    state.covariance = &keep * &state.covariance * keep.transpose() + &gain * gain.transpose() * (SENSOR * SENSOR);
+    -0.5 * (innovation * innovation / variance + (TAU * variance).ln())
+}
+
 /// Means, variances and evidence of the exact answer.
 fn kalman() -> Vec<(DVector<f64>, DMatrix<f64>, f64)> {
     let transition = DMatrix::from_iterator(2, 2, Matrix2::new(1.0, DT, 0.0, 1.0).iter().copied());
     let noise = DMatrix::from_diagonal(&DVector::from_column_slice(Vector2::new(0.0, WALK * WALK).as_slice()));
-    let slope = DMatrix::from_row_slice(1, 2, RowVector2::new(1.0, 0.0).as_slice());
-    let sensor = DMatrix::from_element(1, 1, SENSOR * SENSOR);
     let mut state = Gaussian { mean: DVector::zeros(2), covariance: DMatrix::identity(2, 2) };
     observations()
         .iter()
         .map(|z| {
             state.predict(&transition, &DVector::zeros(2), &noise);
-            let residual = DVector::from_element(1, z - state.mean[0]);
-            let evidence = state.correct(0.0, &residual, &slope, &sensor).unwrap();
+            let evidence = corrected(&mut state, *z);
             (state.mean.clone(), state.covariance.clone(), evidence)
         })
         .collect()
+}
+
+/// A mixture of one component, which nothing splits, is the Kalman filter, however often it is linearised.
+#[test]
+fn a_mixture_of_one_is_kalman() {
+    let transition = DMatrix::from_row_slice(2, 2, &[1.0, DT, 0.0, 1.0]);
+    let noise = DMatrix::from_diagonal(&DVector::from_vec(vec![0.0, WALK * WALK]));
+    for times in [1, 3] {
+        let mut mixture = Mixture::new(Gaussian { mean: DVector::zeros(2), covariance: DMatrix::identity(2, 2) });
+        for (z, (mean, covariance, evidence)) in observations().iter().zip(kalman()) {
+            mixture.for_each(|gaussian| gaussian.predict(&transition, &DVector::zeros(2), &noise));
+            let seen = |at: &DVector<f64>, _: &DMatrix<f64>| {
+                let slope = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
+                Ok(Some((DVector::from_element(1, z - at[0]), slope, DMatrix::from_element(1, 1, SENSOR * SENSOR))))
+            };
+            let found = mixture.correct(0.0, times, seen).unwrap().unwrap();
+            let (its_mean, its_covariance) = mixture.moments();
+            assert!((its_mean - mean).amax() < 1e-13 && (its_covariance - covariance).amax() < 1e-13);
+            assert!((found - evidence).abs() < 1e-12, "{found} is not {evidence}");
+        }
+    }
 }
 
 /// Mean squared distance of the filter's means from Kalman's, over seeds.
@@ -239,12 +270,10 @@ fn trajectories_are_smoothed() {
     let (mean, covariance) = first.moments();
     let mut state = Gaussian { mean, covariance };
     let (mut predicted, mut filtered) = (Vec::new(), Vec::new());
-    for (k, z) in SEEN.iter().enumerate() {
+    for z in &SEEN {
         state.predict(&transition, &DVector::zeros(2), &noise);
         predicted.push(state.clone());
-        let residual = DVector::from_element(1, z - state.mean[0]);
-        let slope = DMatrix::from_row_slice(1, 2, &[1.0, 0.0]);
-        state.correct(k as f64, &residual, &slope, &DMatrix::from_element(1, 1, SENSOR * SENSOR)).unwrap();
+        corrected(&mut state, *z);
         filtered.push(state.clone());
     }
     for k in (0..SEEN.len() - 1).rev() {

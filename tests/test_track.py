@@ -124,7 +124,7 @@ def test_a_lost_track_keeps_what_came_before(simulation: ArmSimulation, sighting
         (lambda: tracker_of(pt.Layered(pixel_sd=0.0)), "pixel_sd is 0, expected a positive number of pixels"),
         (lambda: tracker_of(pt.Ekf(outlier_fraction=0.1)), "outlier_fraction is 0.1, expected 0 for a Gaussian method"),
         (lambda: tracker_of(pt.Ekf(corrections=("color",))), "correction 'color' is not known"),
-        (lambda: tracker_of(pt.Plain(layers=(("inertial", ("colours",)),))), "likelihood 'colours' is not known"),
+        (lambda: tracker_of(pt.Plain(layers=(("inertial", ("colours",)),))), "cue 'colours' is not known"),
         (lambda: resample("residual", np.array([0.5, -0.5]), 3), "a weight is -0.5, expected a finite number"),
         (lambda: resample("residual", np.zeros(3), 3), "the sum of weights is 0, expected positive"),
         (lambda: pt.ArmScene(pattern="spiral"), "pattern is 'spiral', expected one of: circle, rectangle, reach"),

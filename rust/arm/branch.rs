@@ -1,12 +1,12 @@
 //! One recording of an arm as a chain of states that is smoothed ([`super::smooth`]).
 
-use super::colour::sightings;
+use super::cues::landmark::Landmark;
+use super::cues::robust;
+use super::cues::upper_arm::Direction;
 use super::frame::Frame;
-use super::landmark::Landmark;
-use super::measurements::Seen;
 use super::mixture::ArmMixture;
+use super::posed::{Posed, sightings};
 use super::state::{Arm, Layout, Noise, View};
-use super::upper_arm::Direction;
 use super::worn::{CORE, WornMotion};
 use crate::Result;
 use crate::estimate::Estimate;
@@ -71,9 +71,9 @@ impl ArmBranch<'_> {
     /// What a state says of the arm.
     pub fn estimate(&self, step: usize, state: &Gaussian) -> Estimate {
         let frame = self.frame(step);
-        let seen = Seen::new(Layout::new(self.noise), self.arm, self.noise, &frame);
+        let posed = Posed::new(Layout::new(self.noise), self.arm, self.noise, frame.moment());
         let component = Component { gaussian: state.clone(), log_weight: 0.0 };
-        self.filter.of_components(vec![component], &seen, frame.time_s)
+        self.filter.of_components(vec![component], &posed, frame.time_s)
     }
 
     fn frame(&self, step: usize) -> Frame<'_> {
@@ -126,22 +126,13 @@ impl Chain for ArmBranch<'_> {
 
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
         let frame = self.frame(step);
-        let seen = Seen::new(Layout::new(self.noise), self.arm, self.noise, &frame);
+        let layout = Layout::new(self.noise);
+        let posed = Posed::new(layout, self.arm, self.noise, frame.moment());
+        let cues = self.filter.cues().iter().flat_map(|name| frame.cues(*name, layout, self.noise));
         // A trajectory is one place at a time: nothing bends over its spread.
         let mut measured = Vec::with_capacity(3);
-        for sighting in &frame.sightings {
-            measured.extend(seen.patch(sighting, at, None)?);
-        }
-        for landmark in &frame.landmarks {
-            measured.extend(seen.landmark(landmark, at, None)?);
-        }
-        if let Some(direction) = frame.upper_arm.filter(|_| self.filter.is_held_by_arm()) {
-            measured.push(seen.direction(&direction, at, None));
-        } else if self.filter.is_held_by_arm() {
-            measured.extend(seen.length(at, None));
-        }
-        if self.filter.is_rested() && frame.is_rest {
-            measured.push(seen.rest(at));
+        for cue in cues {
+            measured.extend(robust(&*cue, &posed, at, None)?);
         }
         Ok(measured)
     }

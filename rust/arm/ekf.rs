@@ -6,59 +6,52 @@
 //! * colour and arm projection: the authors' earlier method (III-E, last paragraph), in which the EKF's result
 //!   is moved to the nearest point that the arm's length allows.
 
-use super::colour::Colour;
+use super::cues::CueName;
+use super::cues::length::ArmLength;
 use super::frame::Frame;
-use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion};
 use super::pause::Stretch;
-use super::rest::Rest;
+use super::posed::Posed;
 use super::state::{Arm, Layout, Noise, POSITION, estimate_of_gaussian};
 use crate::estimate::Estimate;
-use crate::filter::Gaussian;
+use crate::filter::{Gaussian, Mixture};
 use crate::quaternion::Quaternion;
 use crate::{Error, Result, error::require};
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-/// What corrects the Gaussian at a frame, in the order listed.
+/// What is done to the Gaussian at a frame, in the order listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Correction {
-    /// The patch, linearised (eq. 7).
-    Colour,
-    /// The arm's length as a pseudo-measurement (eq. 15, linearised).
-    ArmLength,
-    /// No velocity, while the IMU says that it lies still.
-    Rest,
+    /// Corrected by a cue, linearised (eqs 7, 15).
+    Cue(CueName),
     /// The mean moved to the nearest point that the arm's length allows; the covariance stays.
     ArmProjection,
 }
 
 impl Correction {
-    /// `colour`, `arm_length`, `rest` or `arm_projection`.
+    /// A [`CueName`] or `arm_projection`.
     ///
     /// # Errors
     /// [`Error::UnknownName`].
     pub fn from_name(name: &str) -> Result<Self> {
-        match name {
-            "colour" => Ok(Self::Colour),
-            "arm_length" => Ok(Self::ArmLength),
-            "rest" => Ok(Self::Rest),
-            "arm_projection" => Ok(Self::ArmProjection),
-            _ => Err(Error::UnknownName {
-                what: "correction",
-                name: name.into(),
-                known: "colour, arm_length, rest, arm_projection",
-            }),
+        if name == "arm_projection" {
+            return Ok(Self::ArmProjection);
         }
+        CueName::from_name(name).map(Self::Cue).map_err(|_| Error::UnknownName {
+            what: "correction",
+            name: name.into(),
+            known: "colour, arm_length, rest, arm_projection",
+        })
     }
 }
 
-/// An extended Kalman filter of the arm.
+/// An extended Kalman filter of the arm: a mixture of one Gaussian, which nothing splits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArmGaussian {
     corrections: Vec<Correction>,
     layout: Layout,
-    state: Gaussian,
+    state: Mixture,
 }
 
 impl ArmGaussian {
@@ -72,23 +65,23 @@ impl ArmGaussian {
         let layout = Layout::new(noise);
         let (mean, sd) = layout.start(arm, noise);
         let covariance = DMatrix::from_diagonal(&sd.component_mul(&sd));
-        Ok(Self { corrections, layout, state: Gaussian { mean, covariance } })
+        Ok(Self { corrections, layout, state: Mixture::new(Gaussian { mean, covariance }) })
     }
 
     /// Start again somewhere on a stretch, after what came before has been of no use.
     pub fn start_again(&mut self, arm: &Arm, noise: &Noise, stretch: &Stretch) {
         let (mean, covariance) = stretch.gaussian(self.layout, arm, noise);
-        self.state = Gaussian { mean, covariance };
+        self.state = Mixture::new(Gaussian { mean, covariance });
     }
 
     /// Whether the patch is among what corrects it.
     pub fn sees_patch(&self) -> bool {
-        self.corrections.contains(&Correction::Colour)
+        self.corrections.contains(&Correction::Cue(CueName::Colour))
     }
 
     /// Whether the arm's length holds it.
     pub fn is_held_by_arm(&self) -> bool {
-        self.corrections.iter().any(|c| matches!(c, Correction::ArmLength | Correction::ArmProjection))
+        self.corrections.iter().any(|c| matches!(c, Correction::Cue(CueName::ArmLength) | Correction::ArmProjection))
     }
 
     /// Predict to the frame and apply every correction.
@@ -98,27 +91,27 @@ impl ArmGaussian {
     pub fn update(&mut self, arm: &Arm, noise: &Noise, frame: &Frame<'_>) -> Result<Estimate> {
         let forearm = frame.world_sensor.rotate(arm.elbow_in_sensor());
         self.predict(&frame.motion, noise);
+        let posed = Posed::new(self.layout, arm, noise, frame.moment());
         let mut evidence = None;
         for correction in &self.corrections {
-            let linear = match correction {
-                Correction::Colour => {
-                    Colour::new(frame.sightings.clone(), frame.world_sensor.to_matrix(), self.layout, noise)
-                        .linearise(frame.time_s, &self.state.mean)?
-                }
-                Correction::ArmLength => ArmLength::new(arm, forearm, noise, frame.stale_s).linearise(&self.state.mean),
-                Correction::Rest => frame.is_rest.then(|| Rest::new(noise).linearise(&self.state.mean)),
-                Correction::ArmProjection => {
-                    let wrist = self.state.mean.fixed_rows::<3>(POSITION).into();
+            let Correction::Cue(name) = correction else {
+                self.state.for_each(|Gaussian { mean, .. }| {
+                    let wrist = mean.fixed_rows::<3>(POSITION).into();
                     let nearest = ArmLength::new(arm, forearm, noise, frame.stale_s).project(wrist);
-                    self.state.mean.fixed_rows_mut::<3>(POSITION).copy_from(&nearest);
-                    None
-                }
+                    mean.fixed_rows_mut::<3>(POSITION).copy_from(&nearest);
+                });
+                continue;
             };
-            if let Some((residual, jacobian, spread)) = linear {
-                *evidence.get_or_insert(0.0) += self.state.correct(frame.time_s, &residual, &jacobian, &spread)?;
+            for cue in frame.cues(*name, self.layout, noise) {
+                let found = self.state.correct(frame.time_s, 1, |state, _| cue.linearise(&posed, state, None))?;
+                evidence = found.map_or(evidence, |found| Some(evidence.unwrap_or(0.0) + found));
             }
         }
-        Ok(estimate_of_gaussian(frame.time_s, &self.state, forearm, evidence))
+        Ok(estimate_of_gaussian(frame.time_s, self.gaussian(), forearm, evidence))
+    }
+
+    fn gaussian(&self) -> &Gaussian {
+        &self.state.components()[0].gaussian
     }
 
     /// The estimate after `motion`.
@@ -132,11 +125,11 @@ impl ArmGaussian {
     ) -> Estimate {
         let mut ahead = self.clone();
         ahead.predict(motion, noise);
-        estimate_of_gaussian(time_s, &ahead.state, world_sensor.rotate(arm.elbow_in_sensor()), None)
+        estimate_of_gaussian(time_s, ahead.gaussian(), world_sensor.rotate(arm.elbow_in_sensor()), None)
     }
 
     fn predict(&mut self, motion: &Motion, noise: &Noise) {
         let (transition, input, spread) = InertialMotion::new(motion.clone(), self.layout, noise).matrices();
-        self.state.predict(&transition, &input, &spread);
+        self.state.for_each(|gaussian| gaussian.predict(&transition, &input, &spread));
     }
 }

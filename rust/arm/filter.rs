@@ -1,19 +1,19 @@
 //! The arm as a tracker's subject: the motion of every IMU sample is composed, every camera frame updates one of the filters.
 
-use super::colour::sightings;
-use super::ekf::{ArmGaussian, Correction};
+use super::cues::landmark::{Landmark, SAME_FRAME_S};
+use super::cues::upper_arm::{Direction, direction_at};
+use super::ekf::ArmGaussian;
 use super::frame::Frame;
-use super::landmark::{Landmark, SAME_FRAME_S};
 use super::method::Method;
 use super::mixture::ArmMixture;
 use super::particle::ArmParticles;
 use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
 use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
+use super::posed::sightings;
 use super::setup::Setup;
 use super::smooth::{Kept, Memory, Recorded};
 use super::state::{Arm, Layout, Noise, POSITION, View, require_finite};
 use super::timeline::Timeline;
-use super::upper_arm::{Direction, direction_at};
 use crate::error::{require, require_time};
 use crate::estimate::Estimate;
 use crate::filter::{Gaussian, Recorder};
@@ -50,7 +50,7 @@ pub struct ArmFilter {
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 enum Filter {
-    Particles(ArmParticles),
+    Particles(Box<ArmParticles>),
     Gaussian(ArmGaussian),
     Mixture(ArmMixture),
 }
@@ -73,7 +73,8 @@ impl ArmFilter {
         };
         let filter = match method {
             Method::Particles { layers, len, resampling } => {
-                Filter::Particles(ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?)
+                let filter = ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?;
+                Filter::Particles(Box::new(filter))
             }
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),
             Method::Mixture { corrections, components } | Method::Smoother { corrections, components, .. } => {
@@ -81,9 +82,7 @@ impl ArmFilter {
                 // Its motion mixes both (`worn::CORE`).
                 require(noise.bias.is_some(), "bias", f64::NAN, "estimated, by a mixture")?;
                 require(noise.tilt.is_some(), "tilt", f64::NAN, "estimated, by a mixture")?;
-                let by = |correction| corrections.contains(&correction);
-                let (is_held, is_rested) = (by(Correction::ArmLength), by(Correction::Rest));
-                Filter::Mixture(ArmMixture::new(&arm, &noise, is_held, is_rested, components))
+                Filter::Mixture(ArmMixture::new(&arm, &noise, &corrections, components))
             }
         };
         let is_worn = matches!(filter, Filter::Mixture(_));

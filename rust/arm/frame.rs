@@ -1,9 +1,13 @@
 //! A camera frame of the arm, with what the IMU has said up to it: what every method takes.
 
-use super::colour::Sighting;
-use super::landmark::SeenLandmark;
+use super::cues::landmark::SeenLandmark;
+use super::cues::length::UpperArmLength;
+use super::cues::rest::Rest;
+use super::cues::upper_arm::Direction;
+use super::cues::{Cue, CueName};
 use super::motion::Motion;
-use super::upper_arm::Direction;
+use super::posed::{Moment, Sighting};
+use super::state::{Layout, Noise};
 use super::worn::WornMotion;
 use crate::quaternion::Quaternion;
 use nalgebra::Vector3;
@@ -36,6 +40,29 @@ pub struct Frame<'a> {
 }
 
 impl Frame<'_> {
+    /// What the IMU says at its time.
+    pub fn moment(&self) -> Moment {
+        let Self { time_s, world_sensor, acceleration, stale_s, .. } = *self;
+        Moment { time_s, world_sensor, acceleration, stale_s }
+    }
+
+    /// What a cue says in this frame, of a state that has these columns: as many measurements as there are.
+    pub fn cues(&self, name: CueName, layout: Layout, noise: &Noise) -> Vec<Box<dyn Cue + '_>> {
+        match name {
+            CueName::Colour => {
+                let landmarks = self.landmarks.iter().filter(|seen| layout.landmarks[seen.column()].is_some());
+                let patches = self.sightings.iter().map(|patch| Box::new(*patch) as Box<dyn Cue>);
+                patches.chain(landmarks.map(|seen| Box::new(*seen) as Box<dyn Cue>)).collect()
+            }
+            CueName::ArmLength => match self.upper_arm.filter(|_| layout.upper_arm.is_some()) {
+                Some(direction) => vec![Box::new(direction)],
+                None => vec![Box::new(UpperArmLength)],
+            },
+            CueName::Rest if self.is_rest => vec![Box::new(Rest::new(noise))],
+            CueName::Rest => Vec::new(),
+        }
+    }
+
     /// One that brings nothing.
     pub fn empty(time_s: f64, world_sensor: Quaternion) -> Self {
         Self {

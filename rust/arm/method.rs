@@ -1,5 +1,6 @@
 //! A method of tracking the arm: which filter, and what corrects it.
 
+use super::cues::CueName;
 use super::ekf::Correction;
 use super::particle::ArmLayer;
 use super::setup::Setup;
@@ -24,15 +25,15 @@ pub enum Method {
     },
     /// A mixture of Gaussians over the state of a worn sensor, corrected by the patch and by what is named besides.
     Mixture {
-        /// `ArmLength`, `Rest`.
-        corrections: Vec<Correction>,
+        /// In this order, after the patch.
+        corrections: Vec<CueName>,
         /// Components that are kept.
         components: usize,
     },
     /// The same, its frames kept, so that they can be smoothed ([`crate::Tracker::smoothed`]).
     Smoother {
         /// As those of the mixture.
-        corrections: Vec<Correction>,
+        corrections: Vec<CueName>,
         /// As those of the mixture.
         components: usize,
         /// How well lengths and cameras are known; of as many cameras as there are.

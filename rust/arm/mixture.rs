@@ -4,9 +4,10 @@
 //! Not in the paper. The columns are position, velocity, bias (sensor frame), orientation error (world), then, where
 //! they are estimated, patch offset (sensor frame) and shoulder displacement (world).
 
+use super::cues::{CueName, robust};
 use super::frame::Frame;
-use super::measurements::Seen;
 use super::pause::Stretch;
+use super::posed::Posed;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
 use super::worn::WornMotion;
 use crate::Result;
@@ -19,8 +20,6 @@ use serde::{Deserialize, Serialize};
 const SPLIT_TO: usize = 2;
 const MERGE_WITHIN: f64 = 0.5;
 const LEAST_WEIGHT: f64 = 1e-4;
-/// How often a measurement is linearised again.
-const TIMES: usize = 3;
 /// How soon is forgotten what told components apart, s: a worn sensor's errors last, so that they tell less than they seem to.
 const MEMORY_S: f64 = 1.3;
 /// A stretch of a ray as so many components.
@@ -30,32 +29,33 @@ const ON_STRETCH: usize = 9;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArmMixture {
     layout: Layout,
-    /// Whether the arm's length and rest are among what corrects it.
-    is_held: bool,
-    is_rested: bool,
+    /// What corrects it, in this order.
+    cues: Vec<CueName>,
     /// Components that are kept.
     most: usize,
     state: Mixture,
 }
 
 impl ArmMixture {
-    /// About the arm's start; at most `most` components: with one it is an iterated extended Kalman filter; `is_held` by
-    /// the arm's length, `is_rested`: still while the IMU is.
-    pub fn new(arm: &Arm, noise: &Noise, is_held: bool, is_rested: bool, most: usize) -> Self {
+    /// About the arm's start; at most `most` components: with one it is an iterated extended Kalman filter; corrected by
+    /// the patch, and after it by `cues`.
+    pub fn new(arm: &Arm, noise: &Noise, cues: &[CueName], most: usize) -> Self {
         let layout = Layout::new(noise);
         let (mean, sd) = layout.start(arm, noise);
         let covariance = DMatrix::from_diagonal(&sd.component_mul(&sd));
-        Self { layout, is_held, is_rested, most, state: Mixture::new(Gaussian { mean, covariance }) }
+        let others = cues.iter().copied().filter(|cue| *cue != CueName::Colour);
+        let cues = std::iter::once(CueName::Colour).chain(others).collect();
+        Self { layout, cues, most, state: Mixture::new(Gaussian { mean, covariance }) }
     }
 
     /// Whether the arm's length holds it.
     pub fn is_held_by_arm(&self) -> bool {
-        self.is_held
+        self.cues.contains(&CueName::ArmLength)
     }
 
-    /// Whether the wrist is held still while the IMU is.
-    pub fn is_rested(&self) -> bool {
-        self.is_rested
+    /// What corrects it, in this order.
+    pub fn cues(&self) -> &[CueName] {
+        &self.cues
     }
 
     /// Mean and covariance of all components as one Gaussian.
@@ -72,9 +72,9 @@ impl ArmMixture {
     }
 
     /// An estimate from components over the same state.
-    pub(super) fn of_components(&self, components: Vec<Component>, seen: &Seen<'_>, time_s: f64) -> Estimate {
-        let layout = Layout::new(seen.noise);
-        Self { state: Mixture::of(components), layout, ..self.clone() }.summary(seen, time_s, None)
+    pub(super) fn of_components(&self, components: Vec<Component>, posed: &Posed<'_>, time_s: f64) -> Estimate {
+        let layout = Layout::new(posed.noise);
+        Self { state: Mixture::of(components), layout, ..self.clone() }.summary(posed, time_s, None)
     }
 
     /// How many columns the state has but for the clock's.
@@ -110,49 +110,32 @@ impl ArmMixture {
         self.state = Mixture::of((0..ON_STRETCH).map(component).collect());
     }
 
-    /// Predict to the frame, then the patch, other joints that are seen, the upper arm and rest.
+    /// Predict to the frame, then correct by every cue.
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`].
     pub fn update(&mut self, arm: &Arm, noise: &Noise, frame: &Frame<'_>) -> Result<Estimate> {
         self.predict(frame.worn.as_ref(), noise);
-        let seen = Seen::new(self.layout, arm, noise, frame);
+        let posed = Posed::new(self.layout, arm, noise, frame.moment());
         let mut evidence = None;
-        for sighting in &frame.sightings {
-            let found = self
-                .state
-                .correct(frame.time_s, 1, |state, covariance| seen.patch(sighting, state, Some(covariance)))?;
-            // Of what was seen: a length that is known beforehand is no observation.
-            *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
-        }
-        for landmark in &frame.landmarks {
-            let found = self
-                .state
-                .correct(frame.time_s, 1, |state, covariance| seen.landmark(landmark, state, Some(covariance)))?;
-            *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
-        }
-        if let Some(direction) = frame.upper_arm.filter(|_| self.is_held) {
-            // It says the length too.
-            let by =
-                |state: &DVector<f64>, covariance: &DMatrix<f64>| seen.direction(&direction, state, Some(covariance));
-            let found = self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(Some(by(state, covariance))))?;
-            *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
-        } else if self.is_held {
-            self.state.split(SPLIT_TO * self.most + 1, |gaussian| seen.bent(gaussian));
-            self.state.correct(frame.time_s, TIMES, |state, covariance| Ok(seen.length(state, Some(covariance))))?;
-        }
-        if self.is_rested && frame.is_rest {
-            self.state.correct(frame.time_s, 1, |state, _| Ok(Some(seen.rest(state))))?;
+        for cue in self.cues.iter().flat_map(|name| frame.cues(*name, self.layout, noise)) {
+            self.state.split(SPLIT_TO * self.most + 1, |gaussian| cue.bent(&posed, gaussian));
+            let linear =
+                |state: &DVector<f64>, covariance: &DMatrix<f64>| robust(&*cue, &posed, state, Some(covariance));
+            let found = self.state.correct(frame.time_s, cue.times(), linear)?;
+            if cue.is_seen() {
+                *evidence.get_or_insert(0.0) += found.unwrap_or(0.0);
+            }
         }
         self.state.reduce(&Reduction { most: self.most, merge_within: MERGE_WITHIN, least_weight: LEAST_WEIGHT });
-        Ok(self.summary(&seen, frame.time_s, evidence))
+        Ok(self.summary(&posed, frame.time_s, evidence))
     }
 
     /// The estimate after a motion, at a frame that brings nothing else; changes nothing.
     pub fn estimate(&self, arm: &Arm, noise: &Noise, worn: Option<&WornMotion>, frame: &Frame<'_>) -> Estimate {
         let mut ahead = self.clone();
         ahead.predict(worn, noise);
-        ahead.summary(&Seen::new(self.layout, arm, noise, frame), frame.time_s, None)
+        ahead.summary(&Posed::new(self.layout, arm, noise, frame.moment()), frame.time_s, None)
     }
 
     fn predict(&mut self, worn: Option<&WornMotion>, noise: &Noise) {
@@ -162,10 +145,10 @@ impl ArmMixture {
         self.state.for_each(|gaussian| motion.predict(&mut gaussian.mean, &mut gaussian.covariance, &others));
     }
 
-    fn summary(&self, seen: &Seen<'_>, time_s: f64, log_evidence: Option<f64>) -> Estimate {
+    fn summary(&self, posed: &Posed<'_>, time_s: f64, log_evidence: Option<f64>) -> Estimate {
         let (mean, covariance) = self.state.moments();
-        let wrist = self.point(|state| seen.wrist(state), 0.0);
-        let elbow = self.point(|state| seen.elbow_seen(state), seen.noise.forearm_sd * seen.arm.forearm_m);
+        let wrist = self.point(|state| posed.wrist(state), 0.0);
+        let elbow = self.point(|state| posed.elbow_seen(state), posed.noise.forearm_sd * posed.arm.forearm_m);
         let (state, places) = (wrist.with_state(mean, covariance), vec![wrist, elbow]);
         Estimate { time_s, state, places, ess: None, log_evidence, doubt: None, blobs: [None; 3] }
     }

@@ -7,7 +7,8 @@
 //!
 //! Eq. (6) prints the noise as `(T³/6, T²) f`, where integration would give `(T³/6, T²/2)`; kept as printed.
 
-use super::state::{GaussMarkov, Layout, Noise, POSITION, VELOCITY};
+use super::process::GaussMarkov;
+use super::state::{Layout, Noise, POSITION, VELOCITY};
 use crate::filter::Transition;
 use crate::particles::BlockMut;
 use crate::rng::{BLOCK, Stream};

@@ -7,12 +7,13 @@
 //! | the same cycle as IV-B tells it | [walk, arm length at the last frame] [inertial, colour] |
 //! | joint | [inertial, colour and arm length] |
 
-use super::colour::Colour;
+use super::cues::CueName;
+use super::cues::colour::Colour;
+use super::cues::length::ArmLength;
+use super::cues::rest::Rest;
 use super::frame::Frame;
-use super::length::ArmLength;
 use super::motion::{InertialMotion, Motion, RandomWalk};
 use super::pause::Stretch;
-use super::rest::Rest;
 use super::state::{Arm, Layout, Noise, POSITION, estimate_of_particles};
 use crate::estimate::Estimate;
 use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
@@ -33,24 +34,13 @@ pub enum Mover {
     Walk,
 }
 
-/// What weighs them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Cue {
-    /// Eq. (14).
-    Colour,
-    /// Eq. (16).
-    ArmLength,
-    /// No velocity, while the IMU says that it lies still.
-    Rest,
-}
-
 /// One layer by name.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ArmLayer {
     /// What moves.
     pub mover: Mover,
     /// What weighs, together.
-    pub cues: Vec<Cue>,
+    pub cues: Vec<CueName>,
 }
 
 impl Mover {
@@ -63,21 +53,6 @@ impl Mover {
             "inertial" => Ok(Self::Inertial),
             "walk" => Ok(Self::Walk),
             _ => Err(Error::UnknownName { what: "motion", name: name.into(), known: "inertial, walk" }),
-        }
-    }
-}
-
-impl Cue {
-    /// `colour`, `arm_length` or `rest`.
-    ///
-    /// # Errors
-    /// [`Error::UnknownName`].
-    pub fn from_name(name: &str) -> Result<Self> {
-        match name {
-            "colour" => Ok(Self::Colour),
-            "arm_length" => Ok(Self::ArmLength),
-            "rest" => Ok(Self::Rest),
-            _ => Err(Error::UnknownName { what: "likelihood", name: name.into(), known: "colour, arm_length, rest" }),
         }
     }
 }
@@ -148,12 +123,12 @@ impl ArmParticles {
 
     /// Whether the patch is among what weighs.
     pub fn sees_patch(&self) -> bool {
-        self.layers.iter().any(|layer| layer.cues.contains(&Cue::Colour))
+        self.layers.iter().any(|layer| layer.cues.contains(&CueName::Colour))
     }
 
     /// Whether a layer is weighed by the arm's length.
     pub fn is_held_by_arm(&self) -> bool {
-        self.layers.iter().any(|layer| layer.cues.contains(&Cue::ArmLength))
+        self.layers.iter().any(|layer| layer.cues.contains(&CueName::ArmLength))
     }
 
     /// The set as it stands.
@@ -192,10 +167,10 @@ impl ArmParticles {
             let mut likelihoods: Vec<&dyn Likelihood> = Vec::with_capacity(layer.cues.len());
             for cue in &layer.cues {
                 match cue {
-                    Cue::ArmLength => likelihoods.push(length),
-                    Cue::Colour if !frame.sightings.is_empty() => likelihoods.push(&colour),
-                    Cue::Rest if frame.is_rest => likelihoods.push(&rest),
-                    Cue::Colour | Cue::Rest => {}
+                    CueName::ArmLength => likelihoods.push(length),
+                    CueName::Colour if !frame.sightings.is_empty() => likelihoods.push(&colour),
+                    CueName::Rest if frame.is_rest => likelihoods.push(&rest),
+                    CueName::Colour | CueName::Rest => {}
                 }
             }
             layers.push(Layer { transition, likelihoods });

@@ -3,7 +3,7 @@
 //! Not in the paper. Dead reckoning over a gap says nothing of an arm, that may have gone anywhere within its reach and come
 //! to rest. The next sighting does: the wrist lies on the patch's ray, as far along it as the arm reaches.
 
-use super::colour::Sighting;
+use super::posed::Sighting;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 

@@ -4,7 +4,7 @@
 //! the arm without one weight being zero. Three things tell: the wrist lies beyond the arm's reach and its own band, the
 //! cloud is narrower than the pixels allow or stands on one particle, and the patch is seen where the estimate is not.
 
-use super::colour::Sighting;
+use super::posed::Sighting;
 use super::state::{Arm, Layout, Noise, POSITION, WRIST};
 use crate::estimate::Estimate;
 use crate::particles::NORMAL_UPPER;

@@ -3,7 +3,8 @@
 //! Not in the paper. Two lengths, the shoulder's place, how the sensor lies on the forearm, and for every camera a small turn about its centre, its distance and its focal length. What
 //! the data do not say of them stays as wide as it was known, and makes the bands of everything else as wide as they should be.
 
-use super::state::{GaussMarkov, View};
+use super::process::GaussMarkov;
+use crate::camera::Camera;
 use crate::{Result, error::require};
 use nalgebra::{DMatrix, DVector, Matrix2x3, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -96,16 +97,15 @@ pub struct SeenBy {
 
 impl SeenBy {
     /// By a camera that is as it is said to be; none behind it.
-    pub fn rightly(view: &View, world: Vector3<f64>) -> Option<Self> {
-        let (pixel, by_point) = view.camera.project_with_jacobian(world)?;
+    pub fn rightly(camera: &Camera, world: Vector3<f64>) -> Option<Self> {
+        let (pixel, by_point) = camera.project_with_jacobian(world)?;
         Some(Self { pixel, by_point, by_camera: DMatrix::zeros(2, 0) })
     }
 }
 
 /// What a camera sees of a world point when it is off by `columns` `(5,)`: turned, farther and of another focal length; none
 /// behind it.
-pub fn seen_by(view: &View, columns: &DVector<f64>, world: Vector3<f64>) -> Option<SeenBy> {
-    let camera = &view.camera;
+pub fn seen_by(camera: &Camera, columns: &DVector<f64>, world: Vector3<f64>) -> Option<SeenBy> {
     let (rotation, matrix) = (camera.rotation(), camera.matrix());
     let turn = Vector3::new(columns[0], columns[1], columns[2]);
     let inside = rotation * (world - camera.centre());

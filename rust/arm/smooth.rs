@@ -1,19 +1,19 @@
 //! The arm over a whole recording: the mixture's track, smoothed.
 //!
-//! Not in the paper. The state and its motion are those of [`super::mixture`], what is measured is [`super::measurements`], and the
+//! Not in the paper. The state and its motion are those of [`super::mixture`], what is measured are its [`super::cues`], and the
 //! trajectories to start from are the mixture's and either depth of the arm's sphere (`ways`). By how much the camera sees later
 //! than the IMU's clock says is constant and bends everything: it is no column here. The frames are put at so many delays, each
 //! is a branch that is smoothed by itself, and all are weighed by their evidence (`weighed`).
 
 use super::branch::{ArmBranch, Step};
-use super::colour::sightings;
-use super::landmark::Landmark;
+use super::cues::landmark::Landmark;
+use super::cues::upper_arm::{Direction, direction_at};
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
+use super::posed::sightings;
 use super::setup::Setup;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY, View};
 use super::timeline::Timeline;
-use super::upper_arm::{Direction, direction_at};
 use super::ways;
 use super::weighed::{Delayed, Way, together, weighed, weights};
 use super::worn::WornMotion;

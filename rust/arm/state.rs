@@ -1,6 +1,6 @@
 //! The arm, the noise around it, the columns of the state, and the places that a state puts joints at.
 
-use super::landmark::JOINTS;
+use super::process::GaussMarkov;
 use super::setup::Setup;
 use crate::camera::Camera;
 use crate::estimate::{Estimate, Point};
@@ -46,16 +46,6 @@ impl Arm {
     pub fn elbow_in_sensor(&self) -> Vector3<f64> {
         Vector3::new(0.0, self.forearm_m, 0.0)
     }
-}
-
-/// A quantity of the state that is unknown at first and then walks slowly, drawn back towards zero so that it never
-/// becomes less certain than it was at first: a Gauss-Markov process of first order.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct GaussMarkov {
-    /// Standard deviation per axis at the start.
-    pub start_sd: f64,
-    /// Standard deviation per axis gained per √s.
-    pub density: f64,
 }
 
 /// How uncertain everything is.
@@ -182,16 +172,6 @@ pub struct View {
     pub patch_offset: Vector3<f64>,
 }
 
-impl GaussMarkov {
-    /// Over `dt` seconds: the factor that is kept, and the variance gained.
-    pub fn step(&self, dt: f64) -> (f64, f64) {
-        let (variance, gained) = (self.start_sd * self.start_sd, self.density * self.density * dt);
-        // As much is forgotten as keeps the variance at what it was at the start.
-        let forgotten = if gained > 0.0 { (-gained / variance).exp_m1() } else { 0.0 };
-        ((0.5 * (forgotten).ln_1p()).exp(), -variance * forgotten)
-    }
-}
-
 /// Which columns the state has: position 0..3, velocity 3..6, then what is estimated beside them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layout {
@@ -214,6 +194,9 @@ pub struct Layout {
     /// Number of columns.
     pub dim: usize,
 }
+
+/// What may be seen besides the patch on the wrist, in the order of [`Noise::landmarks`].
+pub const JOINTS: [&str; 2] = ["shoulder", "elbow"];
 
 /// First column of the position.
 pub const POSITION: usize = 0;

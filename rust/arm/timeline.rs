@@ -5,8 +5,8 @@
 //! the larger noise `gap_density`; nor how it turns: the orientation stays, and is said to be stale.
 
 use super::motion::Motion;
-use super::rest::Stillness;
 use super::state::{Noise, require_finite};
+use super::stillness::Stillness;
 use super::worn::{Step, WornMotion};
 use crate::error::require_time;
 use crate::observation::Sample;

@@ -4,7 +4,7 @@
 //! depth settles there. So it is started from what the mixture made of it, and from either depth.
 
 use super::branch::ArmBranch;
-use super::colour::sightings;
+use super::posed::sightings;
 use super::state::{POSITION, VELOCITY};
 use crate::filter::Settled;
 use nalgebra::{DVector, Vector3};
@@ -76,6 +76,7 @@ fn set_velocities(branch: &ArmBranch<'_>, moved: &mut [DVector<f64>]) {
 #[cfg(test)]
 mod tests {
     use super::super::branch::Step;
+    use super::super::cues::CueName;
     use super::super::mixture::ArmMixture;
     use super::super::state::{Arm, Noise, View};
     use super::super::worn::WornMotion;
@@ -107,7 +108,7 @@ mod tests {
             wrist_start: Vector3::new(0.1, -0.2, 0.1),
         };
         let noise = Noise::default();
-        let filter = ArmMixture::new(&arm, &noise, true, false, 12);
+        let filter = ArmMixture::new(&arm, &noise, &[CueName::ArmLength], 12);
         let pixels = [vec![Some(Vector2::new(345.0, 205.0))], vec![Some(Vector2::new(350.0, 200.0))], vec![None]];
         let q = Quaternion::from_wxyz([0.5, 0.1, -0.7, 0.5]).normalized();
         let step = |k: usize| Step {
@@ -139,7 +140,7 @@ mod tests {
             assert!((speed - (wrist(way, 2) - wrist(way, 0)) / 0.08).norm() < 1e-9);
         }
         assert!(wrist(2, 0).z < wrist(3, 0).z - 0.1);
-        let free = ArmMixture::new(&arm, &noise, false, false, 12);
+        let free = ArmMixture::new(&arm, &noise, &[], 12);
         assert_eq!(starts(&ArmBranch { filter: &free, ..branch }).len(), 2);
     }
 }

@@ -6,7 +6,8 @@
 //! `(1 + [theta]x) R`, so that `a = f - g + theta x f - R b`. Over the samples since the last frame this is one transition
 //! matrix, one input and one noise covariance.
 
-use super::state::{GaussMarkov, Noise};
+use super::process::GaussMarkov;
+use super::state::Noise;
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 

@@ -5,7 +5,7 @@
 //! feet. To first order, and above the hips, the figure moves as a whole. It moves along the viewing ray, after all cues:
 //! of a trunk that seems larger they would have to say that the arms go the other way.
 
-use super::figure::KEY_JOINTS;
+use super::joints::KEY_JOINTS;
 use nalgebra::{DMatrix, DVector, Vector3};
 use serde::{Deserialize, Serialize};
 

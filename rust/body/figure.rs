@@ -1,7 +1,7 @@
 //! The tracked figure: the sub-model, its key joints, its outer shape as a table of parts, and the limits of its joints.
 
 use super::balance::Balance;
-use super::cues::keypoints::KEYPOINTS;
+use super::joints::{Group, KEY_JOINTS, KEYPOINTS};
 use super::model::{Place, SubModel};
 use crate::particles::ParticleSet;
 use crate::projection::{Projection, Seen};
@@ -10,35 +10,12 @@ use crate::{Error, Result, error::require};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-/// The joints whose error Li & Kulić report, in the order of every estimate: (name, bone, along it).
-pub const KEY_JOINTS: [(&str, &str, f64); 8] = [
-    ("root", "root", 0.0),
-    ("head", "head", 1.0),
-    ("left_shoulder", "lhumerus", 0.0),
-    ("right_shoulder", "rhumerus", 0.0),
-    ("left_elbow", "lhumerus", 1.0),
-    ("right_elbow", "rhumerus", 1.0),
-    ("left_wrist", "lwrist", 1.0),
-    ("right_wrist", "rwrist", 1.0),
-];
-
 /// What wears skin: ends of the line whose middle the blob shows: (bone, along) twice.
 const SKIN: [[(&str, f64); 2]; 3] =
     [[("upperneck", 0.0), ("head", 1.0)], [("lhand", 0.6), ("lhand", 0.6)], [("rhand", 0.6), ("rhand", 0.6)]];
 
 /// Of what a detector may see, the key joints after the root come first, then the hips.
 const HIPS: usize = KEY_JOINTS.len() - 1;
-
-/// Which of the body a column or a part belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Group {
-    /// Everything but the arms.
-    Torso,
-    /// What hangs on the left clavicle.
-    LeftArm,
-    /// What hangs on the right clavicle.
-    RightArm,
-}
 
 impl Group {
     /// `torso`, `left_arm` or `right_arm`.

@@ -1,7 +1,7 @@
 //! Forward kinematics of a sub-model's segments, [`LANES`] particles at a time.
 
 use super::lanes::{LANES, Lanes};
-use super::model::{Segment, Source, Turn};
+use super::segment::{Segment, Source, Turn};
 use multiversion::multiversion;
 use nalgebra::{Matrix3, Vector3};
 

@@ -5,7 +5,7 @@
 //! are mirrored, drawn there, let go, and kept where that explains more ("kinematic jumps": Sminchisescu & Triggs, CVPR
 //! 2003).
 
-use super::figure::KEY_JOINTS;
+use super::joints::KEY_JOINTS;
 use super::trajectory::{Pulls, Trajectory};
 use crate::filter::{Chain, Gaussian, settle};
 use nalgebra::{DMatrix, DVector, Vector3};

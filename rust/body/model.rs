@@ -4,6 +4,7 @@
 //! state turns, and the wanted points sit still in a segment's frame. So a particle costs what its free channels cost.
 
 use super::forward::forward;
+use super::segment::{Segment, Source, Turn};
 use crate::particles::Block;
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result};
@@ -22,36 +23,6 @@ pub struct Place {
     pub along: f64,
     /// From there, m, along the world's axes in the skeleton's base pose; it turns with the bone.
     pub aside: Vector3<f64>,
-}
-
-/// Where a number of a segment comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) enum Source {
-    Fixed(f64),
-    /// Column of the state.
-    Free(usize),
-}
-
-/// An angle of a segment.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub(super) enum Turn {
-    /// Sine and cosine of one that stays.
-    Fixed(f64, f64),
-    /// Column of the state.
-    Free(usize),
-}
-
-/// A joint that moves, and all that hangs on it up to the next that does.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(super) struct Segment {
-    /// The segment that it hangs on; `None` for the root.
-    pub parent: Option<usize>,
-    /// Its joint's place in the parent's frame, m; for the root, in the world, from the state.
-    pub origin: [Source; 3],
-    /// The joint's frame within the parent's; `None` where it is the same, as those of an arm's bones are.
-    pub frame: Option<Matrix3<f64>>,
-    /// Turns, the last applied first: axis and angle.
-    pub turns: Vec<(usize, Turn)>,
 }
 
 /// A sub-model: the skeleton, the pose that it keeps, and what is free of it.

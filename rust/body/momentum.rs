@@ -3,7 +3,8 @@
 //! Not in the paper, whose dynamics have order zero. Where a limb lies in the picture's plane two ways on look alike, and what
 //! tells them apart is how it was moving. A velocity is an Ornstein-Uhlenbeck process, a channel its integral.
 
-use super::figure::{Figure, Group};
+use super::figure::Figure;
+use super::joints::Group;
 use crate::Result;
 use crate::error::require;
 use crate::filter::Gaussian;

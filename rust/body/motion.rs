@@ -3,7 +3,8 @@
 //! An arm that was lost is far from where it was; normal steps would take seconds to find it again. A small share of
 //! the particles therefore draws an arm from all that its joints allow. Not in the paper, where it is 0.
 
-use super::figure::{Figure, Group};
+use super::figure::Figure;
+use super::joints::Group;
 use crate::filter::Transition;
 use crate::particles::BlockMut;
 use crate::rng::Stream;

@@ -5,7 +5,8 @@
 //! from the particles' track and from the first pose held; from either limbs are mirrored ([`super::mirrored`]), and both are weighed.
 
 use super::cues::keypoints::{Keypoint, KeypointLook, Person, nearest};
-use super::figure::{Figure, KEY_JOINTS};
+use super::figure::Figure;
+use super::joints::KEY_JOINTS;
 use super::method::BodyMethod;
 use super::mirrored::Places;
 use super::momentum::{Momentum, Moving};

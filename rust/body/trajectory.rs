@@ -3,7 +3,8 @@
 use super::cues::Blend;
 use super::cues::keypoints::{KeypointDistance, Off, Person};
 use super::cues::orientation::Orientation;
-use super::figure::{Figure, Group};
+use super::figure::Figure;
+use super::joints::Group;
 use super::method::{BodyLayer, BodyMethod, CueName, Frame, Mover};
 use super::momentum::Moving;
 use super::picture::Picture;

@@ -8,7 +8,7 @@
 //! covariance is added to that of the particles, which would be spent on what no weight tells apart were layers to draw it.
 //! Who asks for the particles gets them with a draw of each.
 
-use super::figure::KEY_JOINTS;
+use super::joints::KEY_JOINTS;
 use crate::Result;
 use crate::error::require;
 use crate::particles::{ParticleSet, Summary};

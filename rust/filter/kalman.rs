@@ -19,7 +19,7 @@ pub struct Gaussian {
 
 /// A linear measurement met by a Gaussian, before it is applied.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Correction {
+pub struct Innovation {
     /// At the Gaussian's mean, `(M,)`.
     pub residual: DVector<f64>,
     /// `(M, D)`.
@@ -32,7 +32,7 @@ pub struct Correction {
     pub log_evidence: f64,
 }
 
-impl Correction {
+impl Innovation {
     /// Of what is measured with `residual` at the mean.
     ///
     /// # Errors
@@ -78,36 +78,13 @@ impl Gaussian {
         self.covariance = transition * &self.covariance * transition.transpose() + noise;
     }
 
-    /// Correct by `residual = z - h(mean)` with slope `jacobian` `(M, D)` and noise covariance `(M, M)`, in
-    /// Joseph's form, which keeps the covariance symmetric and positive. Returns the log evidence.
-    ///
-    /// # Errors
-    /// [`Error::Singular`], at the time given, when the innovation has no spread.
-    pub fn correct(
-        &mut self,
-        time_s: f64,
-        residual: &DVector<f64>,
-        jacobian: &DMatrix<f64>,
-        noise: &DMatrix<f64>,
-    ) -> Result<f64> {
-        let spread = jacobian * &self.covariance * jacobian.transpose() + noise;
-        let factor = spread.cholesky().ok_or(Error::Singular { time_s })?;
-        let gain = factor.solve(&(jacobian * &self.covariance)).transpose();
-        self.mean += &gain * residual;
-        let keep = DMatrix::identity(self.mean.len(), self.mean.len()) - &gain * jacobian;
-        self.covariance = &keep * &self.covariance * keep.transpose() + &gain * noise * gain.transpose();
-        let log_determinant: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-        let distance = residual.dot(&factor.solve(residual));
-        Ok(-0.5 * (distance + log_determinant + residual.len() as f64 * TAU.ln()))
-    }
-
     /// Correct by a measurement that is linearised about where the correction leads, `times` times in all (Bell & Cathey, "The
     /// iterated Kalman filter update as a Gauss-Newton method", IEEE Trans. Automatic Control 38(2), 1993). The log evidence is
     /// that of the last slope. `linearise` sees the prior's covariance too, for what bends over it. None where there is nothing to correct by.
     ///
     /// # Errors
     /// [`Error::Singular`]; what `linearise` gives.
-    pub fn correct_iterated(
+    pub fn correct(
         &mut self,
         time_s: f64,
         times: usize,
@@ -119,7 +96,7 @@ impl Gaussian {
             let Some((mut residual, jacobian, noise)) = linearise(&at, &self.covariance)? else { return Ok(None) };
             // The residual that the prior mean has under this slope.
             residual -= &jacobian * (&self.mean - &at);
-            let correction = Correction::new(time_s, self, (residual, jacobian, noise))?;
+            let correction = Innovation::new(time_s, self, (residual, jacobian, noise))?;
             evidence = Some(correction.log_evidence);
             at = &self.mean + correction.step();
             if turn + 1 == times.max(1) {
@@ -140,7 +117,8 @@ mod tests {
     fn scalar_posterior_and_evidence() {
         let one = DMatrix::from_element(1, 1, 1.0);
         let mut state = Gaussian { mean: DVector::zeros(1), covariance: one.clone() };
-        let evidence = state.correct(0.0, &DVector::from_element(1, 1.0), &one, &one).unwrap();
+        let seen = (DVector::from_element(1, 1.0), one.clone(), one.clone());
+        let evidence = state.correct(0.0, 1, |_, _| Ok(Some(seen.clone()))).unwrap().unwrap();
         assert!((state.mean[0] - 0.5).abs() < 1e-15 && (state.covariance[0] - 0.5).abs() < 1e-15);
         assert!((evidence - (-0.25 - 0.5 * (2.0 * TAU).ln())).abs() < 1e-14);
         state.predict(&(&one * 2.0), &DVector::from_element(1, 3.0), &one);
@@ -151,7 +129,8 @@ mod tests {
     fn no_spread_is_an_error() {
         let zero = DMatrix::zeros(1, 1);
         let mut state = Gaussian { mean: DVector::zeros(1), covariance: zero.clone() };
-        let result = state.correct(1.5, &DVector::zeros(1), &DMatrix::identity(1, 1), &zero);
+        let seen = (DVector::zeros(1), DMatrix::identity(1, 1), zero);
+        let result = state.correct(1.5, 1, |_, _| Ok(Some(seen.clone())));
         assert_eq!(result, Err(Error::Singular { time_s: 1.5 }));
     }
 }

@@ -84,7 +84,7 @@ impl Mixture {
     ) -> Result<Option<f64>> {
         let mut said = false;
         for component in &mut self.components {
-            if let Some(evidence) = component.gaussian.correct_iterated(time_s, times, &linearise)? {
+            if let Some(evidence) = component.gaussian.correct(time_s, times, &linearise)? {
                 component.log_weight += evidence;
                 said = true;
             }

@@ -6,7 +6,7 @@
 //! not walk: its border is carried along. Covariances are those of each state given the whole recording.
 
 use super::kalman::symmetrise;
-use super::{Correction, Gaussian, Linear};
+use super::{Gaussian, Innovation, Linear};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
@@ -74,7 +74,7 @@ struct Forward {
     filtered: Vec<Gaussian>,
     /// None where the chain starts.
     transitions: Vec<Option<DMatrix<f64>>>,
-    corrections: Vec<Vec<Correction>>,
+    corrections: Vec<Vec<Innovation>>,
 }
 
 /// Smooth `chain`, starting from a trajectory: at most `turns` steps, each shortened until it explains more than the last, until
@@ -90,7 +90,7 @@ pub fn smooth(chain: &impl Chain, at: Vec<DVector<f64>>, turns: usize, settled: 
     };
     covariances(&mut forward);
     let Forward { filtered: mut states, corrections, .. } = forward;
-    let of_step = |step: &Vec<Correction>| step.iter().map(|correction| correction.log_evidence).sum();
+    let of_step = |step: &Vec<Innovation>| step.iter().map(|correction| correction.log_evidence).sum();
     let log_evidence = corrections.iter().map(of_step).collect();
     // The trajectory that was found, with the spread about it.
     states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
@@ -236,7 +236,7 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>], measured: Vec<Vec<Linear>>) -
         for (residual, slope, noise) in measured {
             // What the residual would be at the state as it stands.
             let residual = residual - &slope * (&state.mean - at);
-            let correction = Correction::new(chain.time_s(step), &state, (residual, slope, noise))?;
+            let correction = Innovation::new(chain.time_s(step), &state, (residual, slope, noise))?;
             state.mean += correction.step();
             correction.narrow(&mut state.covariance);
             corrections.push(correction);
@@ -255,7 +255,7 @@ fn means(chain: &impl Chain, forward: &Forward) -> Result<Vec<DVector<f64>>> {
     let mut adjoint = DVector::zeros(forward.filtered[0].mean.len());
     for step in (0..means.len()).rev() {
         means[step] += &forward.filtered[step].covariance * &adjoint;
-        for Correction { residual, slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
+        for Innovation { residual, slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
             adjoint += slope.tr_mul(&(weight * (residual - by_state.tr_mul(&adjoint))));
         }
         match &forward.transitions[step] {
@@ -278,7 +278,7 @@ fn covariances(forward: &mut Forward) {
         let narrower = &*covariance * (&adjoint * &*covariance);
         *covariance -= narrower;
         symmetrise(covariance);
-        for Correction { slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
+        for Innovation { slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
             let gain = by_state * weight;
             let seen = &adjoint * &gain;
             let inner = gain.tr_mul(&seen) + weight;
@@ -381,7 +381,8 @@ mod tests {
             let Some(measured) = measured else { continue };
             let slope = DMatrix::from_fn(1, dim, |_, c| f64::from(u8::from(c == 2 * k)));
             let residual = DVector::from_element(1, measured - whole.mean[2 * k]);
-            evidence += whole.correct(0.0, &residual, &slope, &DMatrix::from_element(1, 1, NOISE)).unwrap();
+            let seen = (residual, slope, DMatrix::from_element(1, 1, NOISE));
+            evidence += whole.correct(0.0, 1, |_, _| Ok(Some(seen.clone()))).unwrap().unwrap();
         }
         let found = smooth(&chain, vec![DVector::zeros(2); n], 5, 1e-9).unwrap();
         assert!(found.is_settled && (found.log_evidence.iter().sum::<f64>() - evidence).abs() < 1e-10);

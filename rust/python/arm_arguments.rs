@@ -1,10 +1,11 @@
 //! What Python gives an arm tracker, read: the arm, its cameras, noise and method.
 
+use crate::arm::cues::CueName;
 use crate::arm::ekf::Correction;
-use crate::arm::landmark::JOINTS;
-use crate::arm::particle::{ArmLayer, Cue, Mover};
+use crate::arm::particle::{ArmLayer, Mover};
+use crate::arm::process::GaussMarkov;
 use crate::arm::setup::Setup;
-use crate::arm::state::{GaussMarkov, View};
+use crate::arm::state::{JOINTS, View};
 use crate::arm::{Arm, Method, Noise};
 use crate::camera::Camera;
 use crate::error::guarded;
@@ -219,7 +220,7 @@ impl From<NoiseArgument> for Noise {
 
 fn particles(p: &ParticlesArgument) -> Result<Method> {
     let layer = |(mover, cues): &(String, Vec<String>)| {
-        let cues = cues.iter().map(|cue| Cue::from_name(cue)).collect::<Result<_>>()?;
+        let cues = cues.iter().map(|cue| CueName::from_name(cue)).collect::<Result<_>>()?;
         Ok(ArmLayer { mover: Mover::from_name(mover)?, cues })
     };
     Ok(Method::Particles {
@@ -227,10 +228,6 @@ fn particles(p: &ParticlesArgument) -> Result<Method> {
         len: p.particles,
         resampling: Resampling::new(Scheme::from_name(&p.resampling)?, p.ess_threshold)?,
     })
-}
-
-fn corrections(names: &[String]) -> Result<Vec<Correction>> {
-    names.iter().map(|name| Correction::from_name(name)).collect()
 }
 
 /// Raise `InputError` where a `pytracker.Camera` is not one: focal lengths, rotation, finite numbers.
@@ -248,12 +245,16 @@ pub fn extract_method(method: &Bound<'_, PyAny>, recording: &Bound<'_, PyAny>) -
     let method = match filter.as_str() {
         "particles" => particles(&method.extract()?)?,
         "gaussian" => {
-            Method::Gaussian { corrections: corrections(&method.extract::<GaussianArgument>()?.corrections)? }
+            let names = method.extract::<GaussianArgument>()?.corrections;
+            Method::Gaussian {
+                corrections: names.iter().map(|name| Correction::from_name(name)).collect::<Result<_>>()?,
+            }
         }
         "mixture" | "smoother" => {
             let m: MixtureArgument = method.extract()?;
             m.add_to(&mut noise, &recording.extract()?);
-            let (corrections, components) = (corrections(&m.corrections)?, m.components);
+            let corrections = m.corrections.iter().map(|name| CueName::from_name(name)).collect::<Result<_>>()?;
+            let components = m.components;
             if filter == "mixture" {
                 Method::Mixture { corrections, components }
             } else {

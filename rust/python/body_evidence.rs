@@ -2,7 +2,8 @@
 
 use super::border::compute;
 use super::rows;
-use crate::body::cues::keypoints::{KEYPOINTS, Keypoint, Person};
+use crate::body::KEYPOINTS;
+use crate::body::cues::keypoints::{Keypoint, Person};
 use crate::body::cues::orientation::{Orientation, Segment};
 use crate::body::edges::EdgeImage;
 use crate::body::{Picture, Region};

@@ -3,7 +3,7 @@
 use super::body_evidence::{extract_evidence, orientation};
 use super::{rows, same_length};
 use crate::Error;
-use crate::arm::landmark::{Joint, Landmark};
+use crate::arm::cues::landmark::{Joint, Landmark};
 use crate::observation::{self, Sample, What};
 use crate::quaternion::Quaternion;
 use nalgebra::{Vector2, Vector3};

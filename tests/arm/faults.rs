@@ -64,10 +64,10 @@ fn parameters_out_of_range_are_named() {
     let error = made(short, vec![view()], noise(), joint(10)).unwrap_err();
     assert_eq!(error.to_string(), "forearm_m is 0, expected a positive length in metres, at most 1");
     assert!(matches!(Resampling::new(Scheme::Residual, 1.5), Err(Error::Parameter { name: "ess_threshold", .. })));
-    let none = particles(vec![layer(Mover::Walk, &[Cue::ArmLength])], 10);
+    let none = particles(vec![layer(Mover::Walk, &[CueName::ArmLength])], 10);
     assert!(matches!(made(arm(), vec![view()], noise(), none), Err(Error::Size { name: "layers", .. })));
     let empty = joint(0);
     assert!(matches!(made(arm(), vec![view()], noise(), empty), Err(Error::Parameter { name: "particles", .. })));
-    assert!(Mover::from_name("inertal").is_err() && Cue::from_name("color").is_err());
+    assert!(Mover::from_name("inertal").is_err() && CueName::from_name("color").is_err());
     assert!(Correction::from_name("arm").is_err());
 }

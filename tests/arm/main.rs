@@ -1,11 +1,13 @@
 //! The arm tracker from outside, on a wrist at rest.
 
 use nalgebra::{DVector, Matrix3, Vector2, Vector3};
+use pytracker::arm::cues::CueName;
+use pytracker::arm::cues::landmark::{Joint, Landmark};
 use pytracker::arm::ekf::Correction;
-use pytracker::arm::landmark::{Joint, Landmark};
 use pytracker::arm::motion::{InertialMotion, Motion, RandomWalk};
-use pytracker::arm::particle::{ArmLayer, Cue, Mover};
-use pytracker::arm::state::{GaussMarkov, Layout, View};
+use pytracker::arm::particle::{ArmLayer, Mover};
+use pytracker::arm::process::GaussMarkov;
+use pytracker::arm::state::{Layout, View};
 use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::camera::Camera;
 use pytracker::filter::{History, Resampling, Transition};
@@ -40,7 +42,7 @@ fn view() -> View {
     View { camera, patch_offset: Vector3::zeros() }
 }
 
-fn layer(mover: Mover, cues: &[Cue]) -> ArmLayer {
+fn layer(mover: Mover, cues: &[CueName]) -> ArmLayer {
     ArmLayer { mover, cues: cues.to_vec() }
 }
 
@@ -49,11 +51,11 @@ fn particles(layers: Vec<ArmLayer>, len: usize) -> Method {
 }
 
 fn joint(len: usize) -> Method {
-    particles(vec![layer(Mover::Inertial, &[Cue::Colour, Cue::ArmLength])], len)
+    particles(vec![layer(Mover::Inertial, &[CueName::Colour, CueName::ArmLength])], len)
 }
 
 fn layered(len: usize) -> Method {
-    particles(vec![layer(Mover::Inertial, &[Cue::Colour]), layer(Mover::Walk, &[Cue::ArmLength])], len)
+    particles(vec![layer(Mover::Inertial, &[CueName::Colour]), layer(Mover::Walk, &[CueName::ArmLength])], len)
 }
 
 fn tracker(noise: Noise, method: Method) -> Tracker {

@@ -4,9 +4,11 @@ use super::*;
 
 #[test]
 fn online_and_whole_runs_give_the_same_bytes() {
-    for method in
-        [layered(300), joint(300), Method::Gaussian { corrections: vec![Correction::Colour, Correction::ArmLength] }]
-    {
+    for method in [
+        layered(300),
+        joint(300),
+        Method::Gaussian { corrections: vec![Correction::Cue(CueName::Colour), Correction::Cue(CueName::ArmLength)] },
+    ] {
         let whole = all(&mut tracker(with_bias(), method.clone()));
         let mut online = tracker(with_bias(), method);
         let (samples, frames) = recording();
@@ -78,7 +80,7 @@ fn late_observations_are_put_in_order() {
 #[test]
 fn an_unseen_patch_shows_in_the_spread() {
     let (samples, _) = recording();
-    let mut tracker = tracker(noise(), particles(vec![layer(Mover::Inertial, &[Cue::Colour])], 2000));
+    let mut tracker = tracker(noise(), particles(vec![layer(Mover::Inertial, &[CueName::Colour])], 2000));
     let pixel = view().camera.project(arm().wrist_start);
     let mut spread = Vec::new();
     for (k, sample) in samples.iter().enumerate() {
@@ -118,7 +120,7 @@ fn two_cameras_fix_the_depth() {
     let camera = Camera::new(matrix, [0.0; 5], sideways, Vector3::new(-0.3, 0.0, 2.3)).unwrap();
     let views = vec![view(), View { camera, patch_offset: Vector3::zeros() }];
     let pixels: Vec<_> = views.iter().map(|v| v.camera.project(arm().wrist_start)).collect();
-    let plain = || particles(vec![layer(Mover::Inertial, &[Cue::Colour])], 3000);
+    let plain = || particles(vec![layer(Mover::Inertial, &[CueName::Colour])], 3000);
     let wide = Noise { position_start_sd: 0.1, ..noise() };
     let depth = |views: Vec<View>, pixels: &[Option<Vector2<f64>>]| {
         let mut tracker = made(arm(), views, wide.clone(), plain()).unwrap();
@@ -141,7 +143,7 @@ fn an_outlier_is_tolerated_where_asked() {
     let far = view().camera.project(arm().wrist_start + Vector3::new(0.3, 0.0, 0.0));
     let moved = |outlier_fraction| {
         let noise = Noise { outlier_fraction, position_start_sd: 0.05, ..noise() };
-        let mut tracker = tracker(noise, particles(vec![layer(Mover::Inertial, &[Cue::Colour])], 2000));
+        let mut tracker = tracker(noise, particles(vec![layer(Mover::Inertial, &[CueName::Colour])], 2000));
         tracker.predict(&samples[0]).unwrap();
         (tracker.update(0.0, &[far]).unwrap().places[0].mean - arm().wrist_start).x
     };
@@ -152,7 +154,7 @@ fn an_outlier_is_tolerated_where_asked() {
 /// The list of IV-B weighs its first layer by the arm as it was at the last frame, before the motion.
 #[test]
 fn from_constraint_weighs_the_last_frame_first() {
-    let from_constraint = vec![layer(Mover::Walk, &[Cue::ArmLength]), layer(Mover::Inertial, &[Cue::Colour])];
+    let from_constraint = vec![layer(Mover::Walk, &[CueName::ArmLength]), layer(Mover::Inertial, &[CueName::Colour])];
     let mut tracker = tracker(noise(), particles(from_constraint, 300));
     let (samples, _) = recording();
     let turned = Quaternion::from_rotation_vector(Vector3::new(0.0, 0.0, 1.0)) * samples[0].world_sensor;
@@ -180,7 +182,7 @@ fn from_constraint_weighs_the_last_frame_first() {
 /// The authors' earlier correction puts the elbow at its length from the shoulder.
 #[test]
 fn arm_projection_restores_the_length() {
-    let corrections = vec![Correction::Colour, Correction::ArmProjection];
+    let corrections = vec![Correction::Cue(CueName::Colour), Correction::ArmProjection];
     let mut tracker = tracker(noise(), Method::Gaussian { corrections });
     for estimate in all(&mut tracker) {
         assert!(((estimate.places[1].mean - arm().shoulder).norm() - 0.30).abs() < 1e-12);
@@ -240,7 +242,7 @@ fn a_landmark_is_of_its_frame() {
         ..noise()
     };
     let wrist_after = |before_s: Option<f64>| {
-        let method = Method::Mixture { corrections: vec![Correction::ArmLength], components: 4 };
+        let method = Method::Mixture { corrections: vec![CueName::ArmLength], components: 4 };
         let (samples, frames) = recording();
         let pixel = view().camera.project(arm().shoulder).unwrap() + Vector2::new(30.0, 0.0);
         let landmark = Landmark { joint: Joint::Shoulder, camera: 0, pixel, sd: 2.0 };

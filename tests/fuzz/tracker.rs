@@ -6,14 +6,16 @@
 
 use libfuzzer_sys::fuzz_target;
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
+use pytracker::arm::cues::CueName;
 use pytracker::arm::ekf::Correction;
-use pytracker::arm::landmark::{Joint, Landmark};
-use pytracker::arm::particle::{ArmLayer, Cue, Mover};
+use pytracker::arm::cues::landmark::{Joint, Landmark};
+use pytracker::arm::particle::{ArmLayer, Mover};
 use pytracker::arm::setup::Setup;
-use pytracker::arm::state::{GaussMarkov, View};
+use pytracker::arm::process::GaussMarkov;
+use pytracker::arm::state::View;
 use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::body::cues::orientation::{Orientation, Segment};
-use pytracker::body::figure::Group;
+use pytracker::body::joints::{Group};
 use pytracker::camera::Camera;
 use pytracker::filter::Resampling;
 use pytracker::quaternion::Quaternion;
@@ -80,8 +82,8 @@ fn method(which: u8) -> (Noise, Method) {
         let resampling = Resampling::new(Scheme::Residual, 1.0).unwrap();
         (Noise::default(), Method::Particles { layers, len: 30, resampling })
     };
-    let layer = |mover, cues: &[Cue]| ArmLayer { mover, cues: cues.to_vec() };
-    let corrections = vec![Correction::ArmLength, Correction::Rest];
+    let layer = |mover, cues: &[CueName]| ArmLayer { mover, cues: cues.to_vec() };
+    let corrections = vec![CueName::ArmLength, CueName::Rest];
     let setup = Setup {
         upper_arm_sd: 0.01,
         forearm_sd: 0.01,
@@ -93,9 +95,9 @@ fn method(which: u8) -> (Noise, Method) {
         cameras: 0,
     };
     match which % 5 {
-        0 => particles(vec![layer(Mover::Inertial, &[Cue::Colour, Cue::ArmLength])]),
-        1 => particles(vec![layer(Mover::Inertial, &[Cue::Colour]), layer(Mover::Walk, &[Cue::ArmLength])]),
-        2 => (Noise::default(), Method::Gaussian { corrections: vec![Correction::Colour, Correction::ArmLength] }),
+        0 => particles(vec![layer(Mover::Inertial, &[CueName::Colour, CueName::ArmLength])]),
+        1 => particles(vec![layer(Mover::Inertial, &[CueName::Colour]), layer(Mover::Walk, &[CueName::ArmLength])]),
+        2 => (Noise::default(), Method::Gaussian { corrections: vec![Correction::Cue(CueName::Colour), Correction::Cue(CueName::ArmLength)] }),
         3 => (worn(), Method::Mixture { corrections, components: 4 }),
         _ => (worn(), Method::Smoother { corrections, components: 3, setup: Some(setup) }),
     }

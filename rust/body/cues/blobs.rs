@@ -1,6 +1,6 @@
 //! The distance cue (Li & Kulić IV-C2): head and hands against the centres of skin that they were given.
 
-use super::super::figure::{Group, KEY_JOINTS};
+use super::super::joints::{Group, KEY_JOINTS};
 use super::super::skin::Blobs;
 use super::{Cue, Posed};
 

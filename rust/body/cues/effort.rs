@@ -4,7 +4,7 @@
 //! the mean lean forwards. People let their upper arms hang where nothing asks for more: the loss is in proportion to how
 //! high an elbow is held above where it would hang, as is the work that was done to lift it.
 
-use super::super::figure::Group;
+use super::super::joints::Group;
 use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
 

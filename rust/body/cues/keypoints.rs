@@ -3,26 +3,13 @@
 //! Not in the paper. A detector's point is a few pixels off, or somewhere else altogether; and what it calls a shoulder is not
 //! quite the skeleton's. Both are in the spread, and a wild point ends up saying nothing.
 
-use super::super::figure::{Figure, Group};
+use super::super::figure::Figure;
+use super::super::joints::{Group, KEYPOINTS};
 use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
 use crate::projection::Seen;
 use nalgebra::{Matrix2xX, Vector2};
 use serde::{Deserialize, Serialize};
-
-/// The joints that a detector may see: name, group, and how far a detector's is from the skeleton's, m (measured on clips of
-/// people: shoulders, elbows and wrists 1 to 2 cm; hips and head are called so by convention only).
-pub const KEYPOINTS: [(&str, Group, f64); 9] = [
-    ("head", Group::Torso, 0.05),
-    ("left_shoulder", Group::Torso, 0.02),
-    ("right_shoulder", Group::Torso, 0.02),
-    ("left_elbow", Group::LeftArm, 0.02),
-    ("right_elbow", Group::RightArm, 0.02),
-    ("left_wrist", Group::LeftArm, 0.02),
-    ("right_wrist", Group::RightArm, 0.02),
-    ("left_hip", Group::Torso, 0.05),
-    ("right_hip", Group::Torso, 0.05),
-];
 
 /// A point of a detector.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -4,7 +4,8 @@
 //! along the elbow's axis. Where a segment points is what a camera sees least, its depth; its roll shows in where the next
 //! one goes. A forearm also turns within itself, which the state does not hold: its roll has a wide spread.
 
-use super::super::figure::{Figure, Group};
+use super::super::figure::Figure;
+use super::super::joints::Group;
 use super::super::sloped::{Rows, Sloped};
 use super::{Cue, Posed};
 use crate::{Error, Result};

@@ -1,7 +1,7 @@
 //! The edge cue (Li & Kulić eq. 4): outlines of the parts against detected edges.
 
 use super::super::edges::{EdgeImage, rectangle};
-use super::super::figure::Group;
+use super::super::joints::Group;
 use super::{Cue, Posed};
 
 /// Sum over the parts of the share of outline pixels that lie on no edge.

@@ -1,6 +1,6 @@
 //! Elbows, wrists and hands against the torso's core (Li & Kulić IV-C1: "limb penetration").
 
-use super::super::figure::Group;
+use super::super::joints::Group;
 use super::{Cue, Posed};
 
 /// How deep a hand may be in the torso, m; and how much of the torso's half-width is surely torso.

@@ -5,7 +5,8 @@
 //! belongs to somebody. Both directions count (a chamfer distance: Barrow et al., IJCAI 1977), each capped, since masks
 //! have holes and spots.
 
-use super::super::figure::{Figure, Group, KEY_JOINTS};
+use super::super::figure::Figure;
+use super::super::joints::{Group, KEY_JOINTS};
 use super::{Cue, Posed};
 use crate::projection::Seen;
 use crate::{Error, Result, error::require};

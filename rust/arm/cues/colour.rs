@@ -3,24 +3,15 @@
 //! The patch sits at `wrist + R_world_sensor * offset`. With an outlier share the density is a mixture with a
 //! uniform over the image, so that a sighting of something else moves nothing far.
 
-use super::state::{Layout, Noise, POSITION, View};
+use super::Cue;
+use crate::Result;
+use crate::arm::posed::{Posed, Sighting};
+use crate::arm::state::{Layout, Noise, POSITION};
 use crate::filter::{Likelihood, Linear};
 use crate::particles::{Block, ParticleSet};
 use crate::rng::BLOCK;
-use crate::{Error, Result};
-use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
+use nalgebra::{DMatrix, DVector, Matrix3};
 use std::f64::consts::TAU;
-
-/// One patch centre in one camera.
-#[derive(Debug, Clone, Copy)]
-pub struct Sighting<'a> {
-    /// Where it was seen from.
-    pub view: &'a View,
-    /// Which of the cameras that is.
-    pub camera: usize,
-    /// Patch centre, px.
-    pub pixel: Vector2<f64>,
-}
 
 /// All sightings of one frame, weighed together.
 #[derive(Debug, Clone)]
@@ -81,42 +72,6 @@ impl<'a> Colour<'a> {
         }
         patch
     }
-
-    /// Residual `(2M,)`, slope `(2M, D)` and noise variance of the sightings about one state, for a linear
-    /// filter; `None` without sightings.
-    ///
-    /// # Errors
-    /// [`Error::RanAway`], at the time given, where the state puts a patch that was seen behind its camera.
-    pub fn linearise(&self, time_s: f64, state: &DVector<f64>) -> Result<Option<Linear>> {
-        let mut rows: Vec<(f64, DVector<f64>)> = Vec::new();
-        for sighting in &self.sightings {
-            let mut offset = sighting.view.patch_offset;
-            if let Some(column) = self.layout.offset {
-                offset += state.fixed_rows::<3>(column);
-            }
-            let patch = state.fixed_rows::<3>(POSITION) + self.world_sensor * offset;
-            let seen = sighting.view.camera.project_with_jacobian(patch);
-            let (pixel, by_patch) = seen.ok_or(Error::RanAway { time_s })?;
-            let by_offset = by_patch * self.world_sensor;
-            for r in 0..2 {
-                let mut slope = DVector::zeros(state.len());
-                for d in 0..3 {
-                    slope[POSITION + d] = by_patch[(r, d)];
-                    if let Some(column) = self.layout.offset {
-                        slope[column + d] = by_offset[(r, d)];
-                    }
-                }
-                rows.push((sighting.pixel[r] - pixel[r], slope));
-            }
-        }
-        if rows.is_empty() {
-            return Ok(None);
-        }
-        let residual = DVector::from_iterator(rows.len(), rows.iter().map(|r| r.0));
-        let jacobian = DMatrix::from_fn(rows.len(), state.len(), |r, c| rows[r].1[c]);
-        let noise = DMatrix::from_diagonal_element(rows.len(), rows.len(), self.pixel_sd * self.pixel_sd);
-        Ok(Some((residual, jacobian, noise)))
-    }
 }
 
 impl Likelihood for Colour<'_> {
@@ -129,8 +84,25 @@ impl Likelihood for Colour<'_> {
         });
     }
 }
-/// Where each camera saw the patch, of those that did.
-pub(super) fn sightings<'a>(views: &'a [View], pixels: &[Option<Vector2<f64>>]) -> Vec<Sighting<'a>> {
-    let each = views.iter().zip(pixels).enumerate();
-    each.filter_map(|(camera, (view, pixel))| Some(Sighting { view, camera, pixel: (*pixel)? })).collect()
+
+/// The patch's pixel in one camera, linear about a state.
+impl Cue for Sighting<'_> {
+    fn linearise(&self, posed: &Posed<'_>, state: &DVector<f64>, _: Option<&DMatrix<f64>>) -> Result<Option<Linear>> {
+        let mut offset = self.view.patch_offset;
+        if let Some(column) = posed.layout.offset {
+            offset += state.fixed_rows::<3>(column);
+        }
+        let (glued, by_tilt) = posed.turned(state, posed.world_sensor * offset);
+        let (wrist, by_state) = posed.wrist(state);
+        let (pixel, by_patch, mut slope) = posed.pixel(self, state, wrist + glued, &by_state)?;
+        if let Some((column, by_tilt)) = by_tilt {
+            slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * by_tilt));
+        }
+        if let Some(column) = posed.layout.offset {
+            slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * posed.turn(state) * posed.world_sensor));
+        }
+        let residual = DVector::from_column_slice((self.pixel - pixel).as_slice());
+        let noise = DMatrix::from_diagonal_element(2, 2, posed.noise.pixel_sd * posed.noise.pixel_sd);
+        Ok(Some((residual, slope, noise)))
+    }
 }

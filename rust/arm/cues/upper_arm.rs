@@ -2,7 +2,10 @@
 //!
 //! Not in the paper. Its error, skin and heading, wanders slowly and is part of the state: a small turn in the world.
 
-use super::measurements::{Seen, trusted_less};
+use super::Cue;
+use super::length::TIMES;
+use crate::Result;
+use crate::arm::posed::Posed;
 use crate::filter::Linear;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -22,7 +25,7 @@ pub struct Direction {
 }
 
 /// Where it points at a time, by the last two samples up to then; none where they are too old.
-pub(super) fn direction_at(samples: &[Direction], time_s: f64) -> Option<Direction> {
+pub(in crate::arm) fn direction_at(samples: &[Direction], time_s: f64) -> Option<Direction> {
     let until = samples.partition_point(|sample| sample.time_s <= time_s);
     let last = samples[..until].last().filter(|last| time_s - last.time_s <= HOLDS_S)?;
     let ahead = samples[..until - 1].last().filter(|before| last.time_s - before.time_s <= HOLDS_S).map(|before| {
@@ -33,29 +36,32 @@ pub(super) fn direction_at(samples: &[Direction], time_s: f64) -> Option<Directi
     Some(Direction { to_shoulder: ahead.unwrap_or(last.to_shoulder), ..*last })
 }
 
-impl Seen<'_> {
-    /// The upper arm, shoulder to elbow, as long as it is and as its sensor points: three rows, m; one that is far off is trusted
-    /// less. `covariance`: of the state, where it is no single place.
-    pub fn direction(&self, seen: &Direction, state: &DVector<f64>, covariance: Option<&DMatrix<f64>>) -> Linear {
-        let (upper_arm, mut slope) = self.upper_arm(state);
-        let mut length = self.arm.upper_arm_m;
-        let measured = -seen.to_shoulder;
-        let theta = self.layout.upper_arm.map_or_else(Vector3::zeros, |column| state.fixed_rows::<3>(column).into());
+/// The upper arm, shoulder to elbow, as long as it is and as its sensor points: three rows, m.
+impl Cue for Direction {
+    fn linearise(&self, posed: &Posed<'_>, state: &DVector<f64>, _: Option<&DMatrix<f64>>) -> Result<Option<Linear>> {
+        let (upper_arm, mut slope) = posed.upper_arm(state);
+        let mut length = posed.arm.upper_arm_m;
+        let measured = -self.to_shoulder;
+        let theta = posed.layout.upper_arm.map_or_else(Vector3::zeros, |column| state.fixed_rows::<3>(column).into());
         let along = measured + theta.cross(&measured);
-        if let Some(column) = self.layout.setup {
+        if let Some(column) = posed.layout.setup {
             length += state[column];
             let mut by_length = slope.fixed_view_mut::<3, 1>(0, column);
             by_length -= along;
         }
-        if let Some(column) = self.layout.upper_arm {
+        if let Some(column) = posed.layout.upper_arm {
             let mut by_turn = slope.fixed_view_mut::<3, 3>(0, column);
             by_turn += measured.cross_matrix() * length;
         }
         let by_length = measured * measured.transpose();
-        let across = (Matrix3::identity() - by_length) * (length * seen.sd).powi(2);
-        let noise = by_length * self.noise.arm_length_sd.powi(2) + across + self.beside_forearm();
+        let across = (Matrix3::identity() - by_length) * (length * self.sd).powi(2);
+        let noise = by_length * posed.noise.arm_length_sd.powi(2) + across + posed.beside_forearm();
         let residual = DVector::from_column_slice((along * length - upper_arm).as_slice());
-        trusted_less(residual, slope, DMatrix::from_column_slice(3, 3, noise.as_slice()), covariance)
+        Ok(Some((residual, slope, DMatrix::from_column_slice(3, 3, noise.as_slice()))))
+    }
+
+    fn times(&self) -> usize {
+        TIMES
     }
 }
 

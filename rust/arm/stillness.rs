@@ -1,16 +1,12 @@
-//! Rest, told from the IMU alone, and what it says: the wrist does not move.
+//! Rest, told from the IMU alone.
 //!
-//! Not in the paper. Nothing else holds the depth while the arm lies still: one camera does not see it, and the
-//! accelerometer's bias, integrated twice, runs off with it. Zero-velocity updates are the usual cure with IMUs worn on a foot
-//! (Skog et al., "Zero-velocity detection", IEEE Trans. Biomed. Eng. 57(11), 2010).
+//! Not in the paper. Zero-velocity updates are the usual cure of what runs off with IMUs worn on a foot (Skog et al.,
+//! "Zero-velocity detection", IEEE Trans. Biomed. Eng. 57(11), 2010).
 
-use super::state::{Noise, VELOCITY};
-use crate::filter::Likelihood;
+use super::state::Noise;
 use crate::observation::Sample;
-use crate::particles::ParticleSet;
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// Time constant of the running moments, s.
 const MEMORY_S: f64 = 0.2;
@@ -57,39 +53,6 @@ impl Stillness {
 impl Default for Stillness {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-/// The velocity is zero, to within `rest_speed` per axis.
-#[derive(Debug, Clone, Copy)]
-pub struct Rest {
-    sd: f64,
-}
-
-impl Rest {
-    /// As `noise` has it.
-    pub fn new(noise: &Noise) -> Self {
-        Self { sd: noise.rest_speed }
-    }
-
-    /// Residual `(3,)`, slope `(3, D)` and noise covariance about one state, for a linear filter.
-    pub fn linearise(&self, state: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>, DMatrix<f64>) {
-        let residual = -state.rows(VELOCITY, 3);
-        let slope = DMatrix::from_fn(3, state.len(), |r, c| f64::from(u8::from(c == VELOCITY + r)));
-        (residual, slope, DMatrix::from_diagonal_element(3, 3, self.sd * self.sd))
-    }
-}
-
-impl Likelihood for Rest {
-    fn log_likelihood(&self, particles: &ParticleSet, out: &mut [f64]) {
-        let variance = self.sd * self.sd;
-        let peak = -1.5 * (TAU * variance).ln();
-        particles.map_blocks(out, |block, out| {
-            let [x, y, z] = block.columns(VELOCITY);
-            for i in 0..out.len() {
-                out[i] = peak - 0.5 / variance * (x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
-            }
-        });
     }
 }
 

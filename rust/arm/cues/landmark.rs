@@ -3,9 +3,9 @@
 //! Not in the paper, whose shoulder is still. What is seen lies beside the joint, on skin or where a detector thinks it is: by a
 //! displacement in the world that is part of the state, so that a joint's movement tells and its place tells less.
 
-use super::colour::Sighting;
-use super::measurements::{Seen, trusted_less};
-use super::state::{View, require_finite};
+use super::Cue;
+use crate::arm::posed::{Posed, Sighting};
+use crate::arm::state::{View, require_finite};
 use crate::filter::Linear;
 use crate::{Error, Result, error::require};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector2};
@@ -25,11 +25,8 @@ pub enum Joint {
     Elbow,
 }
 
-/// Their names, in the order of [`super::state::Noise::landmarks`].
-pub const JOINTS: [&str; 2] = ["shoulder", "elbow"];
-
 impl Joint {
-    /// One of [`JOINTS`].
+    /// One of [`crate::arm::state::JOINTS`].
     ///
     /// # Errors
     /// [`Error::UnknownName`].
@@ -67,7 +64,7 @@ impl Landmark {
     }
 
     /// With the camera that saw it.
-    pub(super) fn seen_by<'a>(&self, views: &'a [View]) -> SeenLandmark<'a> {
+    pub(in crate::arm) fn seen_by<'a>(&self, views: &'a [View]) -> SeenLandmark<'a> {
         let Self { joint, camera, pixel, sd } = *self;
         SeenLandmark { joint, sd, sighting: Sighting { view: &views[camera], camera, pixel } }
     }
@@ -81,37 +78,35 @@ pub struct SeenLandmark<'a> {
     sighting: Sighting<'a>,
 }
 
-impl Seen<'_> {
-    /// The pixel of a joint; one that is far off is trusted less. `covariance`: of the state, where it is no single place.
-    ///
-    /// # Errors
-    /// [`Error::RanAway`]: it is behind the camera.
-    pub fn landmark(
-        &self,
-        landmark: &SeenLandmark<'_>,
-        state: &DVector<f64>,
-        covariance: Option<&DMatrix<f64>>,
-    ) -> Result<Option<Linear>> {
-        let (mut place, mut by_state) = match landmark.joint {
-            Joint::Shoulder => self.shoulder(state),
-            Joint::Elbow => self.elbow_seen(state),
+impl SeenLandmark<'_> {
+    /// Which of [`crate::arm::state::JOINTS`] it is.
+    pub(in crate::arm) fn column(&self) -> usize {
+        self.joint as usize
+    }
+}
+
+impl Cue for SeenLandmark<'_> {
+    fn linearise(&self, posed: &Posed<'_>, state: &DVector<f64>, _: Option<&DMatrix<f64>>) -> Result<Option<Linear>> {
+        let (mut place, mut by_state) = match self.joint {
+            Joint::Shoulder => posed.shoulder(state),
+            Joint::Elbow => posed.elbow_seen(state),
         };
-        if let Some(column) = self.layout.landmarks[landmark.joint as usize] {
+        if let Some(column) = posed.layout.landmarks[self.column()] {
             place += state.fixed_rows::<3>(column);
             let mut by_displacement = by_state.fixed_view_mut::<3, 3>(0, column);
             by_displacement += Matrix3::identity();
         }
-        let mut noise = DMatrix::from_diagonal_element(2, 2, landmark.sd * landmark.sd);
-        let (pixel, slope) = match landmark.joint {
-            Joint::Shoulder => self.pixel_beside_shoulder(&landmark.sighting, state, place, &by_state)?,
+        let mut noise = DMatrix::from_diagonal_element(2, 2, self.sd * self.sd);
+        let (pixel, slope) = match self.joint {
+            Joint::Shoulder => posed.pixel_beside_shoulder(&self.sighting, state, place, &by_state)?,
             Joint::Elbow => {
-                let (pixel, by_place, slope) = self.pixel(&landmark.sighting, state, place, &by_state)?;
-                let spread = by_place * self.beside_forearm() * by_place.transpose();
+                let (pixel, by_place, slope) = posed.pixel(&self.sighting, state, place, &by_state)?;
+                let spread = by_place * posed.beside_forearm() * by_place.transpose();
                 noise += DMatrix::from_column_slice(2, 2, spread.as_slice());
                 (pixel, slope)
             }
         };
-        let residual = DVector::from_column_slice((landmark.sighting.pixel - pixel).as_slice());
-        Ok(Some(trusted_less(residual, slope, noise, covariance)))
+        let residual = DVector::from_column_slice((self.sighting.pixel - pixel).as_slice());
+        Ok(Some((residual, slope, noise)))
     }
 }
