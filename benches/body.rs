@@ -46,7 +46,7 @@ fn kinematics(c: &mut Criterion) {
     let places: Vec<Place> = (0..skeleton.bones().len())
         .flat_map(|bone| [0.0, 1.0].map(|along| Place { bone, along, aside: Vector3::zeros() }))
         .collect();
-    let model = SubModel::new(&skeleton, &pose, &free, &places).expect("a model");
+    let model = SubModel::new(&skeleton, &pose, &free, &places, None).expect("a model");
     let rows: Vec<f64> = (0..LEN * model.dim()).map(|i| (i as f64 * 0.37).sin()).collect();
     let set = ParticleSet::from_rows(model.dim(), &rows).expect("particles");
     let mut out = vec![0.0; model.len() * 3 * LEN];

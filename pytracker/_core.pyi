@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from typing import Any, Self, final
 
 import numpy as np
@@ -169,5 +170,6 @@ class Skeleton:
     def pose(
         self, poses: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]: ...
+    def turned(self, pose: Sequence[float], rotation: Sequence[Sequence[float]]) -> list[float]: ...
 
 def missed_edges(edges: NDArray[np.uint8], outlines: NDArray[np.float64]) -> NDArray[np.float64]: ...

@@ -9,6 +9,7 @@
 //! | `segment`, `forward`, `lanes` | its kinematics in vector instructions |
 //! | [`joints`] | names: groups, key joints, keypoints |
 //! | [`figure`] | IV-A2: the outer shape, the key joints, the limits of joints |
+//! | [`facing`] | the root in the picture's plane, of a camera that looks along any axis |
 //! | [`motion`] | IV-C1: zero-order dynamics |
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
@@ -25,6 +26,7 @@
 pub mod balance;
 pub mod cues;
 pub mod edges;
+pub mod facing;
 pub mod figure;
 pub mod filter;
 mod forward;

@@ -75,6 +75,43 @@ pub fn fixed_axes_rotation(angles: [f64; 3], order: [usize; 3]) -> Matrix3<f64> 
     order.iter().fold(Matrix3::identity(), |m, axis| axis_rotation(*axis, angles[*axis]) * m)
 }
 
+/// Angles by axis, rad, of which [`fixed_axes_rotation`] in `order` makes `rotation`; where the second turn is a right angle, those
+/// of many that leave the first as it is.
+pub fn fixed_axes_angles(rotation: &Matrix3<f64>, order: [usize; 3]) -> [f64; 3] {
+    let [first, second, third] = order;
+    // An order against the clock turns the other way.
+    let sign = if (first + 1) % 3 == second { 1.0 } else { -1.0 };
+    let at = |row: usize, column: usize| rotation[(row, column)];
+    let mut angles = [0.0; 3];
+    angles[first] = (sign * at(third, second)).atan2(at(third, third));
+    angles[second] = (-sign * at(third, first)).atan2(at(third, second).hypot(at(third, third)));
+    angles[third] = (sign * at(second, first)).atan2(at(first, first));
+    angles
+}
+
+/// The six channels by which a root stands anywhere.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Root {
+    place: [usize; 3],
+    turn: [usize; 3],
+    frame: Matrix3<f64>,
+    order: [usize; 3],
+}
+
+impl Root {
+    /// A pose `(C,)` of a world in one that `rotation` turns it to: bones are where they were, turned.
+    pub fn turned(&self, pose: &[f64], rotation: &Matrix3<f64>) -> Vec<f64> {
+        let (place, angles) = (self.place.map(|channel| pose[channel]), self.turn.map(|channel| pose[channel]));
+        let root = self.frame.transpose() * rotation * self.frame * fixed_axes_rotation(angles, self.order);
+        let (place, angles) = (rotation * Vector3::from(place), fixed_axes_angles(&root, self.order));
+        let mut turned = pose.to_vec();
+        for axis in 0..3 {
+            (turned[self.place[axis]], turned[self.turn[axis]]) = (place[axis], angles[axis]);
+        }
+        turned
+    }
+}
+
 /// Where a pose puts every bone: world, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Posed {
@@ -130,6 +167,15 @@ impl Skeleton {
     /// The bones; the first is the root.
     pub fn bones(&self) -> &[Bone] {
         &self.bones
+    }
+
+    /// How the root stands; none where it lacks a channel.
+    pub fn root(&self) -> Option<Root> {
+        let root = &self.bones[0];
+        let find = |wanted: Channel| root.channels.iter().position(|channel| *channel == wanted);
+        let all = |of: fn(usize) -> Channel| Some([find(of(0))?, find(of(1))?, find(of(2))?]);
+        let (place, turn) = (all(Channel::Translation)?, all(Channel::Rotation)?);
+        Some(Root { place, turn, frame: root.frame, order: root.order })
     }
 
     /// Index of a bone.
@@ -194,6 +240,15 @@ mod tests {
         let m = fixed_axes_rotation([FRAC_PI_2, 0.0, FRAC_PI_2], [0, 1, 2]);
         assert!((m * Vector3::x() - Vector3::y()).norm() < 1e-15);
         assert!((m * Vector3::y() - Vector3::z()).norm() < 1e-15);
+    }
+
+    #[test]
+    fn angles_make_the_rotation_again() {
+        for order in [[0, 1, 2], [1, 2, 0], [2, 0, 1], [0, 2, 1], [2, 1, 0], [1, 0, 2]] {
+            let angles = [0.4, -0.9, 1.3];
+            let found = fixed_axes_angles(&fixed_axes_rotation(angles, order), order);
+            assert!(found.iter().zip(angles).all(|(a, b)| (a - b).abs() < 1e-12), "{order:?}: {found:?}");
+        }
     }
 
     #[test]

@@ -7,14 +7,15 @@ well the one nearest the prior is taken, from several starts.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import dataclasses
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.recording.camera import Camera, WeakPerspective
-from pytracker.rotation import Array
+from pytracker.rotation import Array, triple
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["FirstPose", "first_pose"]
@@ -46,6 +47,8 @@ DISTANCE_SHARE = 0.06
 TURNS = 25
 STEP = 1e-5
 LEAST_SEEN = 6
+BESIDE = 0.5
+"""A camera that looks farther beside the world's z axis looks across it, rad."""
 FITS = 4.0
 """The worst keypoint of a pose that fits lies beside it by no more standard deviations."""
 
@@ -84,8 +87,35 @@ class FirstPose:
 def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array, focal_sd: float = 0.0) -> FirstPose:
     """From keypoints of one person `(9, 3)`: u, v, confidence; `focal_sd` of the camera is a share.
 
-    Raises `InputError` where too few are seen.
+    Where the camera looks across the world's z axis it is found in a world that is turned: a person who faces such a
+    camera has a right angle about y, where turns about x and z are one. Raises `InputError` where too few are seen.
     """
+    beside = _beside(camera)
+    if abs(beside) < BESIDE or not isinstance(camera, Camera):
+        return _found(skeleton, camera, points, focal_sd)
+    turn = np.array([[np.cos(beside), 0.0, np.sin(beside)], [0.0, 1.0, 0.0], [-np.sin(beside), 0.0, np.cos(beside)]])
+    rows = [triple(row) for row in np.array(camera.rotation) @ turn]
+    found = _found(skeleton, dataclasses.replace(camera, rotation=(rows[0], rows[1], rows[2])), points, focal_sd)
+    pose = skeleton.core.turned(found.channels(skeleton).tolist(), turn.tolist())
+    values = zip(CHANNELS, (pose[column] for column in skeleton.columns(CHANNELS)), strict=True)
+    return dataclasses.replace(found, angles=_named(values))
+
+
+def _beside(camera: WeakPerspective | Camera) -> float:
+    """How far beside the world's z axis a camera looks, seen from above, rad: 0 along it, either way."""
+    if not isinstance(camera, Camera):
+        return 0.0
+    x, _, z = camera.rotation[2]
+    return float(np.arctan(x / z)) if z else float(np.pi / 2)
+
+
+def _named(values: Iterable[tuple[str, float]]) -> dict[str, float]:
+    """Degrees, and metres, of channels."""
+    return {name: round(float(value if name.startswith("root_t") else np.degrees(value)), 4) for name, value in values}
+
+
+def _found(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array, focal_sd: float) -> FirstPose:
+    """In the world as it is."""
     names = list(KEYPOINTS)
     wanted = [k for k, name in enumerate(names) if name.endswith(("shoulder", "elbow", "wrist", "hip"))]
     seen = [k for k in wanted if np.isfinite(points[k, :2]).all()]
@@ -125,10 +155,7 @@ def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Arr
     best, _ = min(fits, key=lambda fit: fit[1])
     beside = np.linalg.norm(camera.project(joints(best[None])[0]) - pixels, axis=1)
     worst = int(np.argmax(beside))
-    angles = {
-        name: round(float(value if name.startswith("root_t") else np.degrees(value)), 4)
-        for name, value in zip(CHANNELS, best, strict=True)
-    }
+    angles = _named(zip(CHANNELS, best.tolist(), strict=True))
     rms = float(np.sqrt(np.mean(beside**2)))
     distance_sd_m = _distance_sd(camera, joints(best[None])[0], focal_sd)
     return FirstPose(angles, rms, (names[seen[worst]], float(beside[worst] / sd)), distance_sd_m, _is_from_behind(at))

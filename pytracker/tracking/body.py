@@ -57,7 +57,8 @@ class BodyTrack(Track):
         recording: what was tracked.
         poses: expected pose of every frame `(T, C)`, m and rad, in the order of `recording.skeleton.channels`.
         free: names of the channels that were tracked `(D,)`.
-        angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad.
+        angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad; of the root in
+            the picture's plane: where the camera looks across the world's z axis, in a world turned about y.
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.

@@ -1,6 +1,7 @@
 //! The tracked figure: the sub-model, its key joints, its outer shape as a table of parts, and the limits of its joints.
 
 use super::balance::Balance;
+use super::facing::Facing;
 use super::joints::{Group, KEY_JOINTS, KEYPOINTS};
 use super::model::{Place, SubModel};
 use crate::particles::ParticleSet;
@@ -96,15 +97,28 @@ pub struct Figure {
     pub balance: Option<Balance>,
     /// Channels of the root's place.
     root: [Option<usize>; 3],
+    /// How the world is turned in which its state is counted, where it is.
+    facing: Option<Facing>,
 }
 
 impl Figure {
     /// `pose` `(C,)` is where it starts and what stays fixed, `free` `(D,)` the channels of the state, `limits` `(C,)`
-    /// those of every channel (rad, infinite for none).
+    /// those of every channel (rad, infinite for none). The root's channels of the state are counted as `projection` sees it
+    /// ([`Facing`]).
     ///
     /// # Errors
     /// [`Error::Skeleton`] for a bone that is not there, [`Error::Size`], [`Error::Parameter`].
-    pub fn new(skeleton: &Skeleton, pose: &[f64], free: &[usize], limits: &[[f64; 2]], parts: &[Part]) -> Result<Self> {
+    pub fn new(
+        skeleton: &Skeleton,
+        pose: &[f64],
+        free: &[usize],
+        limits: &[[f64; 2]],
+        parts: &[Part],
+        projection: &Projection,
+    ) -> Result<Self> {
+        let root = skeleton.pose(pose)?.starts[0];
+        let facing = Facing::new(skeleton, projection.viewing_direction(root));
+        let pose = &facing.as_ref().map_or_else(|| pose.to_vec(), |facing| facing.turned(pose));
         let place = |bone: &str, along: f64| Ok(Place { bone: skeleton.bone(bone)?, along, aside: Vector3::zeros() });
         let mut places = KEY_JOINTS.iter().map(|(_, bone, along)| place(bone, *along)).collect::<Result<Vec<_>>>()?;
         for (bone, along) in SKIN.iter().flatten() {
@@ -142,7 +156,7 @@ impl Figure {
             *axis = added(Place { aside, ..place(upper, 1.0)? });
         }
         let channels: Vec<_> = skeleton.channels().collect();
-        let model = SubModel::new(skeleton, pose, free, &places)?;
+        let model = SubModel::new(skeleton, pose, free, &places, facing.as_ref().map(Facing::rotation))?;
         if limits.len() != channels.len() {
             return Err(Error::Size { name: "limits", got: limits.len(), unit: "channels", expected: channels.len() });
         }
@@ -157,6 +171,7 @@ impl Figure {
             limits: free.iter().map(widened).collect(),
             root: std::array::from_fn(|axis| channels.iter().position(|c| *c == (0, Channel::Translation(axis)))),
             balance: None,
+            facing,
             model,
         })
     }
@@ -184,6 +199,9 @@ impl Figure {
     /// When the state has no column.
     pub fn pose(&self, state: &[f64]) -> Vec<f64> {
         let mut pose = self.model.pose(state);
+        if let Some(facing) = &self.facing {
+            pose = facing.given(&pose);
+        }
         if let Some(balance) = &self.balance {
             let joints = self.points_of(state, KEY_JOINTS.len());
             let shift = balance.shift(|k| joints[k]);

@@ -44,11 +44,18 @@ struct Rigid {
 }
 
 impl SubModel {
-    /// `pose` `(C,)` is kept where it is not free, `free` `(D,)` are indices of channels, `points` `(P,)` what is wanted.
+    /// `pose` `(C,)` is kept where it is not free, `free` `(D,)` are indices of channels, `points` `(P,)` what is wanted; both pose
+    /// and state are of a world that is turned by `within` in that of the points, where there is one.
     ///
     /// # Errors
     /// [`Error::Size`] for a pose of another length or a channel that is not there.
-    pub fn new(skeleton: &Skeleton, pose: &[f64], free: &[usize], points: &[Place]) -> Result<Self> {
+    pub fn new(
+        skeleton: &Skeleton,
+        pose: &[f64],
+        free: &[usize],
+        points: &[Place],
+        within: Option<Matrix3<f64>>,
+    ) -> Result<Self> {
         let expected = skeleton.channels().count();
         if pose.len() != expected {
             return Err(Error::Size { name: "pose", got: pose.len(), unit: "values", expected });
@@ -57,6 +64,10 @@ impl SubModel {
             return Err(Error::Size { name: "free", got: *got, unit: "as a channel", expected });
         }
         let mut model = Self { segments: Vec::new(), points: Vec::new(), pose: pose.to_vec(), free: free.to_vec() };
+        let still = [Source::Fixed(0.0); 3];
+        let world = |frame| Segment { parent: None, origin: still, frame: Some(frame), turns: Vec::new() };
+        model.segments.extend(within.map(world));
+        let outermost = within.map(|_| 0);
         let mut rigid: Vec<Rigid> = Vec::with_capacity(skeleton.bones().len());
         let mut first_channel = 0;
         for bone in skeleton.bones() {
@@ -64,7 +75,7 @@ impl SubModel {
                 let column = free.iter().position(|f| *f == index);
                 column.map_or(Source::Fixed(pose[index]), Source::Free)
             };
-            let (mut shift, mut angles) = ([Source::Fixed(0.0); 3], [Source::Fixed(0.0); 3]);
+            let (mut shift, mut angles) = (still, still);
             for (k, channel) in bone.channels.iter().enumerate() {
                 match channel {
                     Channel::Translation(axis) => shift[*axis] = source(first_channel + k),
@@ -88,7 +99,8 @@ impl SubModel {
                     let is_same = (frame - Matrix3::identity()).amax() < SAME_FRAME;
                     let frame = (!is_same).then_some(frame);
                     let turns = joint.turns();
-                    model.segments.push(Segment { parent: parent.map(|p| p.segment), origin, frame, turns });
+                    let parent = parent.map_or(outermost, |p| Some(p.segment));
+                    model.segments.push(Segment { parent, origin, frame, turns });
                     let rotation = bone.frame.transpose();
                     let (segment, end) = (model.segments.len() - 1, rotation * bone.reach);
                     Rigid { segment, rotation, start: Vector3::zeros(), end }
@@ -254,7 +266,7 @@ mod tests {
             } else {
                 vec![Place { bone: 4, along: 1.0, aside: Vector3::zeros() }]
             };
-            let model = SubModel::new(&skeleton, &pose, &free, &places).unwrap();
+            let model = SubModel::new(&skeleton, &pose, &free, &places, None).unwrap();
             let mut set = ParticleSet::new(11, free.len()).unwrap();
             set.for_each_block(|_, mut block| {
                 for d in 0..free.len() {

@@ -1,8 +1,8 @@
 //! `Skeleton`: forward kinematics.
 
-use crate::Result;
 use crate::error::guarded;
 use crate::skeleton::{self, Bone, Channel};
+use crate::{Error, Result};
 use nalgebra::{Matrix3, Vector3};
 use numpy::{PyArray1, PyArray3, PyArray4, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -58,6 +58,17 @@ impl Skeleton {
         let shape = [poses.nrows(), bones, 3];
         let rotations = PyArray1::from_vec(py, rotations).reshape([poses.nrows(), bones, 3, 3])?;
         Ok((PyArray1::from_vec(py, starts).reshape(shape)?, PyArray1::from_vec(py, ends).reshape(shape)?, rotations))
+    }
+
+    /// A pose `(C,)`, metres and radians, in a world that `rotation` `(3, 3)` turns its own to. Raises `InputError` where the
+    /// root lacks a channel, or for another number of values.
+    fn turned(&self, pose: Vec<f64>, rotation: [[f64; 3]; 3]) -> PyResult<Vec<f64>> {
+        Ok(guarded(|| {
+            self.0.pose(&pose)?;
+            let reason = "does not stand by itself, expected channels for place and turn, six in all".into();
+            let root = self.0.root().ok_or(Error::Skeleton { bone: self.0.bones()[0].name.clone(), reason })?;
+            Ok(root.turned(&pose, &Matrix3::from_fn(|r, c| rotation[r][c])))
+        })?)
     }
 }
 

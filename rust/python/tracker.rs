@@ -90,7 +90,7 @@ fn body(recording: &Bound<'_, PyAny>, method: &Bound<'_, PyAny>, seed: u64) -> P
     let parts: Vec<Part> = parts.into_iter().map(Into::into).collect();
     let (limits, skeleton) = (rows("limits", &limits_rad)?, &core.0);
     let made = || {
-        let figure = Figure::new(skeleton, &pose, &free, &limits, &parts)?;
+        let figure = Figure::new(skeleton, &pose, &free, &limits, &parts, &projection)?;
         Ok(BodyFilter::new(figure, projection, method, seed)?.into())
     };
     compute(recording.py(), None, made)

@@ -73,7 +73,7 @@ fn made(free: &[usize], channel: usize, value: f64, elbow: Matrix3<f64>) -> Figu
         part(("lhumerus", 0.0), ("lhumerus", 1.0), 0.05),
         part(("rhumerus", 0.0), ("rhumerus", 1.0), 0.05),
     ];
-    Figure::new(&skeleton, &pose, free, &limits, &parts).unwrap()
+    Figure::new(&skeleton, &pose, free, &limits, &parts, &projection()).unwrap()
 }
 
 pub fn projection() -> Projection {
