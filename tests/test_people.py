@@ -194,7 +194,7 @@ def test_people_before_a_camera_that_nobody_calibrated(shared: Callable[[str], P
 
 
 def test_people_before_their_own_calibrated_camera(shared: Callable[[str], Path], tmp_path: Path) -> None:
-    """A calibration whose x axis is up, a camera that looks along another one: places in the room, as the camera has them.
+    """A calibration whose x axis is up, a camera that looks along another: places in the room, as the camera has them.
 
     Measured on all seven: wrists 4.9 to 7.0 cm, elbows 4.8 to 8.2, bands 97 %; wrists 8 to 30 while the root was free
     along the world's axes.
