@@ -14,6 +14,8 @@ import pytracker as pt
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.upright import to_up
 from pytracker.setup import init
+from pytracker.setup.check_camera import check_up
+from pytracker.setup.draft import Draft
 from pytracker.setup.truth_entry import markers_of, truth_lines
 from pytracker.setup.upright import AS_TRC, axis_up, words_of
 
@@ -67,6 +69,19 @@ def test_a_real_calibration_whose_x_axis_is_up(shared: Callable[[str], Path], tm
         pixels = recording.view.camera.project(recording.truth.joints_m[wrist][::20])
         count = len(pixels)
         assert np.abs(pixels - 2.0 * prepared.view.camera.project(theirs[wrist][::20][:count])).max() < 2.0
+
+
+def test_a_camera_of_another_world_is_told(simulated: Path, tmp_path: Path) -> None:
+    """Of an arm's it was not: clock, heading and mount were looked for in vain."""
+    folder = shutil.copytree(simulated, tmp_path / "arm")
+    draft = Draft(folder)
+    rotation = np.array(draft.get("camera.rotation"), dtype=float)
+    assert not check_up(draft)
+    draft.set("camera.rotation", (rotation @ to_up("x", "z")).tolist())
+    draft.save()
+    (found,) = check_up(Draft(folder))
+    assert found.verdict == "doubtful"
+    assert "its world's x axis is up in the picture, and an arm is in a world whose z axis is" in found.evidence
 
 
 def test_points_are_joints_by_how_they_are_called() -> None:

@@ -22,7 +22,7 @@ from pytracker.recording.recording import Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import SCHEMA, ArmFile, BodyFile
 from pytracker.rotation import Array, rotate, triple
 from pytracker.setup.check_body import check_body
-from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_video, follow
+from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_up, check_video, follow
 from pytracker.setup.check_imu import check_imu, check_others
 from pytracker.setup.check_worn import check_clock, check_worn, given_axis
 from pytracker.setup.draft import Draft
@@ -97,7 +97,7 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
 def _arm(draft: Draft) -> tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]:
     video = check_video(draft)
     imu_findings, log = check_imu(draft)
-    found = [video, *imu_findings, *check_others(draft, 1), check_pose(draft)]
+    found = [video, *imu_findings, *check_others(draft, 1), check_pose(draft), *check_up(draft)]
     lacks = draft.lacks(*ARM)
     if lacks:
         found.append(Finding("arm", "missing", f"{', '.join(lacks)} not given: measure them with a tape"))
@@ -191,7 +191,7 @@ def _laid_over(sightings: Sightings, imu_s: Array, acceleration: Array) -> tuple
 
 
 def _body(draft: Draft) -> list[Finding]:
-    return [check_video(draft), *check_others(draft, 0), *check_body(draft)]
+    return [check_video(draft), *check_others(draft, 0), *check_up(draft), *check_body(draft)]
 
 
 def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:

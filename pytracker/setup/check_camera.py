@@ -15,12 +15,14 @@ from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import frames, probe
 from pytracker.recording.camera import Camera
 from pytracker.recording.keypoints import load_keypoints
+from pytracker.recording.truth import UP
 from pytracker.rotation import Array
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 from pytracker.setup.lag import find_lags
+from pytracker.setup.upright import axis_up
 
-__all__ = ["camera_of", "check_patch", "check_pose", "check_video", "follow"]
+__all__ = ["camera_of", "check_patch", "check_pose", "check_up", "check_video", "follow"]
 
 POSE = ("camera.matrix", "camera.rotation", "camera.translation_m")
 FEW_SEEN = 0.8
@@ -58,6 +60,21 @@ def check_pose(draft: Draft) -> Finding:
     except (InputError, TypeError, ValueError) as error:
         return Finding("camera", "wrong", str(error))
     return Finding("camera", "right", "intrinsics and pose are those of a camera; whether of this one, the track tells")
+
+
+def check_up(draft: Draft) -> list[Finding]:
+    """Whether the world's vertical is up in the picture; nothing where the camera looks askew, or is not known."""
+    if check_pose(draft).verdict != "right":
+        return []
+    wanted, found = UP[draft.kind], axis_up(np.array(draft.get("camera.rotation"), dtype=float))
+    if found in (wanted, ""):
+        return []
+    whose = "an arm" if draft.kind == "arm" else "a body"
+    words = (
+        f"its world's {found} axis is up in the picture, and {whose} is in a world whose {wanted} axis is: is the "
+        "calibration's another (then turn rotation, and all places given in it), or is the camera held on its side?"
+    )
+    return [Finding("camera's world", "doubtful", words)]
 
 
 def camera_of(draft: Draft) -> Camera:
