@@ -25,6 +25,7 @@ from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vect
 from pytracker.setup.check_worn import given_axis
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
+from pytracker.setup.first_person import first_person, first_row
 from pytracker.setup.first_pose import first_pose
 from pytracker.setup.lag import find_lags
 from pytracker.setup.worn import mount_of
@@ -334,6 +335,52 @@ def test_a_persons_first_pose_is_found_from_a_detectors_keypoints(clip: str) -> 
     assert max(off) < 0.16
     with pytest.raises(pt.InputError, match="expected 6 at least"):
         first_pose(recording.skeleton, recording.view.camera, np.full((9, 3), np.nan))
+
+
+def person_at(u: float, height: float) -> np.ndarray:
+    """Somebody seen from the front, `(9, 3)`."""
+    rows = [
+        (0, -1.0),
+        (0.2, -0.8),
+        (-0.2, -0.8),
+        (0.3, -0.5),
+        (-0.3, -0.5),
+        (0.3, -0.2),
+        (-0.3, -0.2),
+        (0.1, 0),
+        (-0.1, 0),
+    ]
+    return np.array([[u + height * x, 400 + height * y, 1.0] for x, y in rows])
+
+
+def test_the_first_pose_is_of_one_person() -> None:
+    """People come in any order, and joints of several had been taken together where some were missed."""
+    here, there = person_at(200, 200), person_at(500, 80)
+    gaps = here.copy()
+    gaps[5:7, :2] = np.nan
+    points = np.stack([np.stack([there, gaps]), np.stack([here, there]), np.stack([there, here])])
+    person, people = first_person(points)
+    assert people == 2
+    assert (person == here).all()
+    late = np.concatenate([np.full((2, 2, 9, 3), np.nan), points])
+    assert (first_person(late)[0] == here).all()
+    assert first_row(late) == 2
+    assert first_row(np.full((3, 1, 9, 3), np.nan)) is None
+
+
+def test_who_comes_late_is_told_when(tmp_path: Path) -> None:
+    folder = pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=1.0, keypoint_sd_px=2.0), 3)
+    draft = Draft(folder)
+    text = draft.path.read_text()
+    draft.path.write_text(text[: text.index("[truth]")])
+    file = draft.file("camera.keypoints")
+    assert file is not None
+    header, *rows = file.read_text().splitlines()
+    empty = ["," * header.count(",") if k < 12 else row for k, row in enumerate(rows)]
+    file.write_text("\n".join([header, *empty]) + "\n")
+    (found,) = (one for one in pt.setup.check(folder, write=True).findings if one.what == "first pose")
+    assert found.verdict == "missing"
+    assert "there are from frame 12 on: cut what is before it off the video" in found.evidence
 
 
 def test_a_body_with_keypoints_needs_no_first_pose(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@
 | `check` | `check`: everything looked at; `check_camera`, `check_imu`, `check_worn`, `check_body`: its parts |
 | `findings` | a line |
 | `detect` | keypoints found in the video |
-| `first_pose` | a body's first pose from keypoints |
+| `first_pose` | a body's first pose from keypoints; `first_person`: whose |
 | `frame` | one frame with a grid |
 | `calibrate` | a camera from a video of a board; its pose from points |
 | `conventions` | units, quaternion and earth frame, from an IMU's numbers alone |

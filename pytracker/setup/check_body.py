@@ -7,14 +7,15 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats.keypoints import Keypoints
 from pytracker.recording.body import skeleton_of
 from pytracker.recording.body_view import view_of
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
-from pytracker.rotation import Array
 from pytracker.setup.begin import LEVEL
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
+from pytracker.setup.first_person import first_person, first_row
 from pytracker.setup.first_pose import FirstPose, first_pose
 from pytracker.skeleton.skeleton import Skeleton
 
@@ -27,8 +28,6 @@ STEEPEST = np.radians(40.0)
 """A camera that looks down by more sees no trunk that tells."""
 VAGUE = 0.03
 """A focal length that is known to a larger share is worth a word."""
-AT_FIRST = 5
-"""A joint that a detector missed in the first frame is where it is seen in the next ones."""
 
 
 def check_body(draft: Draft) -> list[Finding]:
@@ -62,7 +61,7 @@ def check_body(draft: Draft) -> list[Finding]:
 def _pitched(draft: Draft, skeleton: Skeleton, view: BodyView, found: list[Finding]) -> BodyView:
     """The camera turned so that the person stands upright before it, where it was guessed that it is level."""
     assert view.keypoints is not None
-    points = _first_points(view.keypoints.points[:AT_FIRST, 0])
+    points, _ = first_person(view.keypoints.points)
     try:
         pose = first_pose(skeleton, _looking_down(draft, USUALLY).camera, points)
     except InputError:
@@ -127,15 +126,19 @@ def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: floa
     if view.keypoints.frames[0] != 0:
         words = f"the keypoints begin at frame {view.keypoints.frames[0]}, expected the video's first to find it from"
         return Finding("first pose", "missing", words)
+    points, people = first_person(view.keypoints.points)
     try:
-        pose = first_pose(skeleton, view.camera, _first_points(view.keypoints.points[:AT_FIRST, 0]), focal_sd)
+        pose = first_pose(skeleton, view.camera, points, focal_sd)
     except InputError as error:
-        return Finding("first pose", "missing", str(error))
+        return Finding("first pose", "missing", f"{error}{_when(view.keypoints)}")
     name, sds = pose.worst
     words = (
         f"joints lie {pose.rms_px:.1f} px from the frame's keypoints (RMS), the {name.replace('_', ' ')} farthest: "
         f"{sds:.1f} standard deviations; depth is as people usually stand"
     )
+    if people > 1:
+        u, v = np.nanmean(points[:, :2], axis=0)
+        words += f"; of {people} people there, the largest in the picture is taken, about ({u:.0f}, {v:.0f}) px"
     if pose.is_from_behind:
         words += "; the person is seen from behind, or the picture is mirrored"
     if not pose.fits:
@@ -148,10 +151,13 @@ def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: floa
     return Finding("first pose", "missing", words, values, {INITIAL: _lines(pose)})
 
 
-def _first_points(points: Array) -> Array:
-    """Of each joint the first that was seen, of `(F, 9, 3)`."""
-    seen = np.isfinite(points[..., :2]).all(axis=2)
-    return np.asarray(points[np.argmax(seen, axis=0), np.arange(points.shape[1])])
+def _when(keypoints: Keypoints) -> str:
+    """From which frame on there is enough to see, in words."""
+    row = first_row(keypoints.points)
+    if row is None:
+        return ""
+    frame = int(keypoints.frames[row])
+    return f"; there are from frame {frame} on: cut what is before it off the video, and find the keypoints again"
 
 
 def _lines(pose: FirstPose) -> str:
