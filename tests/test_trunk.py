@@ -16,6 +16,7 @@ from pytracker.evidence.trunk import TrunkSeen, distance_changes
 from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import Image
 from pytracker.recording import BodyRecording, BodyView
+from pytracker.report.body_figures import depth_axis
 from pytracker.rotation import Array, triple
 from pytracker.scores.evaluate import held
 from pytracker.setup import check, init
@@ -205,6 +206,7 @@ def test_the_worlds_axes_do_not_matter(method: pt.Partitioned, turned_deg: float
     for name, joint in track.joints.items():
         off = np.linalg.norm(other.joints[name].mean - joint.mean @ turn.T, axis=1)
         assert np.median(off) < 0.03, name
+    assert depth_axis(other) == (0 if turned_deg in (-90.0, 61.0) else 2)
     assert np.allclose(SKELETON.joints(other.poses)["root"], other.joints["root"].mean, atol=0.03)
 
 

@@ -15,7 +15,7 @@ from pytracker.rotation import Array
 from pytracker.scores.evaluate import Scores, average_error
 from pytracker.tracking.body import BodyTrack
 
-__all__ = ["angles", "error_over_frames", "joint_bars", "projection", "wrists"]
+__all__ = ["angles", "depth_axis", "error_over_frames", "joint_bars", "projection", "wrists"]
 
 
 def error_over_frames(tracks: Sequence[BodyTrack], labels: Sequence[str]) -> str:
@@ -55,16 +55,23 @@ def joint_bars(scores: Sequence[Scores], labels: Sequence[str]) -> str:
         return svg(figure)
 
 
+def depth_axis(track: BodyTrack) -> int:
+    """Which of the world's level axes runs in depth: 0 for x, 2 for z."""
+    root = track.joints["root"].mean
+    seen = track.camera.viewing_directions(root[np.isfinite(root).all(axis=1)][:1])
+    return 0 if len(seen) and abs(seen[0, 0]) > abs(seen[0, 2]) else 2
+
+
 def wrists(track: BodyTrack, label: str) -> str:
     """Both wrists per axis over time with their 95 % bands, and the truth, cm."""
-    truth = track.recording.truth
+    truth, in_depth = track.recording.truth, depth_axis(track)
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(8.6, 5.4), layout="constrained")
         panels = figure.subplots(3, 2, sharex=True)
         for column, joint in enumerate(("left_wrist", "right_wrist")):
             found = track.joints[joint]
             at = truth.at(joint, track.time_s) if truth is not None and joint in truth.joints_m else None
-            for d, name in enumerate(("x", "y", "z, depth")):
+            for d, name in enumerate("xyz"):
                 axes = panels[d, column]
                 axes.fill_between(track.time_s, 100 * found.lo[:, d], 100 * found.hi[:, d], color=COLOURS[0], alpha=0.2,
                                   lw=0, label=f"95 % band of {label}")  # fmt: skip
@@ -73,7 +80,7 @@ def wrists(track: BodyTrack, label: str) -> str:
                     axes.plot(
                         track.time_s, 100 * at[:, d], color=TRUTH, lw=0.9, ls=(0, (4, 2)), label="truth", zorder=5
                     )
-                axes.set_ylabel(f"{name} (cm)")
+                axes.set_ylabel(f"{name}{', depth' if d == in_depth else ''} (cm)")
             panels[0, column].set_title(joint.replace("_", " "), fontsize=9)
             panels[2, column].set_xlabel("time (s)")
         legend_above(figure, panels[0, 0])

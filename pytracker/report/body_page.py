@@ -29,6 +29,7 @@ def render_body_page(tracks: Sequence[BodyTrack], contents: Contents, *, has_ove
         summary=_summary(main, labels[0], scores[0]),
         figures=_figures(tracks, labels, scores),
         has_overlay=has_overlay,
+        depth="xyz"[figures.depth_axis(main)],
         joints=[joint for joint in KEY_JOINTS if scores[0] is None or joint in scores[0].joints],
         fit=main.recording.view.fit,
         speeds=error_by_speed(main, truth) if truth is not None and scores[0] is not None else [],
@@ -40,14 +41,16 @@ def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
     band = np.nanmean(
         [(track.joints[j].hi - track.joints[j].lo) / 2 for j in ("left_wrist", "right_wrist")], axis=(0, 1)
     )
+    depth = figures.depth_axis(track)
+    sideways_cm, height_cm, depth_cm = (100 * band[axis] for axis in (2 - depth, 1, depth))
     alone = track.recording.view.video is None
     left, right = (100 * track.joints[f"{side}_wrist"].valid.mean() for side in ("left", "right"))
     known = f"The left wrist is valid in {left:.0f} %, the right one in {right:.0f} % of the frames."
     words = (
         f"The upper body was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera "
         f"frames) by “{label}”. {'There was no video, only keypoints of one. ' if alone else ''}{known} The tracker "
-        f"states its own uncertainty of the wrists as a 95 % band of on average ±{100 * band[0]:.1f} cm sideways, "
-        f"±{100 * band[1]:.1f} cm in height and ±{100 * band[2]:.1f} cm in depth, which a single camera does not see."
+        f"states its own uncertainty of the wrists as a 95 % band of on average ±{sideways_cm:.1f} cm sideways, "
+        f"±{height_cm:.1f} cm in height and ±{depth_cm:.1f} cm in depth, which a single camera does not see."
     )
     besides = _besides(track)
     if besides and not alone:
@@ -103,6 +106,7 @@ def _figures(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequenc
         if main.recording.view.fit is not None:
             alt = "Points that the projection was fitted to, as given and as projected"
             made.append(("Projection", alt, figures.projection(main.recording.view.fit, image)))
-    alt = "Effective sample size over time as a share of the particles"
-    made.append(("Effective sample size", alt, sample_size(tracks, labels)))
+    if any(np.isfinite(track.ess).any() for track in tracks):
+        alt = "Effective sample size over time as a share of the particles"
+        made.append(("Effective sample size", alt, sample_size(tracks, labels)))
     return [embedded(title, alt, picture) for title, alt, picture in made]
