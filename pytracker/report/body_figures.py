@@ -100,8 +100,10 @@ def angles(track: BodyTrack, label: str) -> str:
             mean, _, _, lo, hi = np.degrees(track.angles[:, :, k])
             axes.fill_between(track.time_s, lo, hi, color=COLOURS[0], alpha=0.2, lw=0, label=f"95 % band of {label}")
             line(axes, track, mean, 0, label)
-            if poses is not None and truth is not None:
-                column = track.recording.skeleton.channels.index(track.free[k])
+            column = track.recording.skeleton.channels.index(track.free[k])
+            # In a world that is turned for the camera the root's angles are others than the truth's.
+            is_alike = np.allclose(track.angles[0, :, k], track.poses[:, column], equal_nan=True)
+            if poses is not None and truth is not None and is_alike:
                 inside = (truth.time_s >= track.time_s[0]) & (truth.time_s <= track.time_s[-1])
                 axes.plot(truth.time_s[inside], np.degrees(poses[inside, column]), color=TRUTH, lw=0.8,
                           ls=(0, (4, 2)), label="truth", zorder=5)  # fmt: skip
