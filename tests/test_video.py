@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from fractions import Fraction
 from pathlib import Path
 
@@ -110,3 +111,25 @@ def test_a_little_is_missing_at_the_end(tmp_path: Path, name: str, fourcc: str, 
     with pytest.raises(pt.InputError, match=r"bytes are missing at its end .* expected a whole file: it is cut short"):
         video.probe(path)
     assert "the file is cut short or damaged" in message(path)
+
+
+def test_a_video_of_a_phone_held_upright_is_upright(tmp_path: Path) -> None:
+    """Its pictures lie on their side, and its header says so; OpenCV 4.11 did not heed that by itself."""
+    path = tmp_path / "phone.mp4"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 30.0, (64, 32))
+    for _ in range(5):
+        lying = np.zeros((32, 64, 3), np.uint8)
+        lying[:, :20] = 255  # turned clockwise, that is its top
+        writer.write(lying)
+    writer.release()
+    data = bytearray(path.read_bytes())
+    matrix = data.find(b"tkhd") + 4 + 4 + 20 + 16
+    one = 1 << 16
+    data[matrix : matrix + 36] = struct.pack(">9i", 0, one, 0, -one, 0, 0, 32 * one, 0, 1 << 30)
+    path.write_bytes(data)
+    info = video.probe(path)
+    assert (info.width, info.height) == (32, 64)
+    image = next(video.frames(path)).image
+    assert image.shape == (64, 32, 3)
+    assert image[:16].mean() > 200
+    assert image[30:].mean() < 50

@@ -72,6 +72,8 @@ def _open(path: Path) -> cv2.VideoCapture:
             f"{path}: cannot be opened as a video ({path.stat().st_size} bytes): it is cut short, of an unknown "
             "codec or no video; expected a file that FFmpeg reads, such as H.264 in .mp4 or .mkv"
         )
+    # A phone held upright writes turned pictures and says so: not every version of OpenCV heeds that by itself.
+    capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
     return capture
 
 

@@ -10,8 +10,8 @@ __all__ = ["AS_TRC", "axis_up", "words_of"]
 
 AS_TRC = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """How Pose2Sim turns points of its calibration's world for its TRC files."""
-CLEAR = 0.7
-"""An axis that is so much of what is up in the picture is up: no camera is rolled farther."""
+CLEAR = 0.8
+"""An axis that is more of what is up in the picture is up; where a camera looks down by 37° or more, it may not be."""
 
 
 def axis_up(rotation: Array) -> str:
