@@ -48,13 +48,16 @@ class Detector:
         self._pose.close()
 
     def found(self, frame: Frame) -> Array:
-        """u, v, px (pixel centres at integers), and confidence of each joint `(17, 3)`; NaN where nobody is seen."""
+        """u, v, px (pixel centres at integers), and confidence of each joint `(17, 3)`; NaN where it is not seen."""
         height, width = frame.image.shape[:2]
         landmarks = self._pose.process(cv2.cvtColor(frame.image, cv2.COLOR_BGR2RGB)).pose_landmarks
         if landmarks is None:
             return np.full((len(COCO), 3), np.nan)
         shares = np.array([[mark.x, mark.y, mark.visibility] for mark in landmarks.landmark])[list(LANDMARKS)]
-        return np.asarray(shares * [width, height, 1.0] - [0.5, 0.5, 0.0])
+        points = shares * [width, height, 1.0] - [0.5, 0.5, 0.0]
+        # What is not in the picture it makes up.
+        points[(np.abs(shares[:, :2] - 0.5) > 0.5).any(axis=1)] = np.nan
+        return np.asarray(points)
 
 
 def _mediapipe() -> ModuleType:
