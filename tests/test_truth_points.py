@@ -151,6 +151,29 @@ def test_a_truth_that_is_not_understood_is_refused(
         pt.load(folder)
 
 
+BOTH = ', left_shoulder = "m left_shoulder", left_elbow = "m left_elbow", right_elbow = "m right_elbow"'
+
+
+def test_a_truth_in_other_units_is_refused(simulated_body: Path, tmp_path: Path) -> None:
+    folder = of_points(simulated_body, tmp_path / "points", MAP.format(more=BOTH, after=""))
+    lines = (folder / "truth.trc").read_text("utf-8").splitlines()
+    rows = [line.split("\t") for line in lines[5:]]
+    lines[5:] = ["\t".join([*row[:2], *(str(1000 * float(x)) for x in row[2:])]) for row in rows]
+    (folder / "truth.trc").write_text("\n".join(lines) + "\n", "utf-8")
+    with pytest.raises(pt.InputError, match=r"left_shoulder and left_elbow are \d+ m apart .* expected 0\.\d\d to"):
+        pt.load(folder)
+
+
+def test_a_truth_of_another_world_is_told(simulated_body: Path, tmp_path: Path) -> None:
+    """It was scored without a word."""
+    right = of_points(simulated_body, tmp_path / "right", MAP.format(more=BOTH, after='\nup = "z"'), z_up=True)
+    assert not pt.load(right).warnings
+    wrong = of_points(simulated_body, tmp_path / "wrong", MAP.format(more=BOTH, after=""), z_up=True)
+    (said,) = pt.load(wrong).warnings
+    assert "in the first frame its joints are" in said
+    assert 'with truth.up = "z" they would fit' in said
+
+
 def test_points_without_a_first_pose_are_not_enough(simulated_body: Path, tmp_path: Path) -> None:
     folder = of_points(simulated_body, tmp_path / "points", MAP.format(more="", after=""))
     text = (folder / "recording.toml").read_text("utf-8").replace('[initial]\nangles = "initial.toml"\n', "")

@@ -11,6 +11,7 @@ import pytest
 import tomlkit
 
 import pytracker as pt
+from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.upright import to_up
 from pytracker.setup import init
@@ -28,7 +29,10 @@ def test_which_axis_is_up_in_a_picture() -> None:
     assert axis_up(LEVEL @ to_up("z", "y").T) == axis_up(LEVEL @ AS_TRC.T) == "y"
     assert axis_up(np.diag([1.0, 1.0, 1.0])) == "-y"
     tilted = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.0, -0.8, -0.6]])
-    assert axis_up(tilted) == "-z"
+    assert axis_up(tilted) == ""  # z turned over, seen from below, or y seen from above
+    for down_deg, found in ((20.0, "-z"), (50.0, ""), (60.0, ""), (70.0, "")):
+        s, c = np.sin(np.radians(down_deg)), np.cos(np.radians(down_deg))
+        assert axis_up(np.array([[1.0, 0.0, 0.0], [0.0, s, c], [0.0, -c, s]])) == found  # level: looks along -y
     askew = np.array([[0.71, 0.41, 0.58], [0.0, -0.58, 0.58], [-0.71, 0.41, 0.58]])
     askew[1, 0] = 0.58
     assert axis_up(askew) == ""
@@ -69,6 +73,45 @@ def test_a_real_calibration_whose_x_axis_is_up(shared: Callable[[str], Path], tm
         pixels = recording.view.camera.project(recording.truth.joints_m[wrist][::20])
         count = len(pixels)
         assert np.abs(pixels - 2.0 * prepared.view.camera.project(theirs[wrist][::20][:count])).max() < 2.0
+
+
+def test_a_trc_in_the_calibrations_own_axes(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """Not every TRC is turned as Pose2Sim turns it: which is which is seen in the picture."""
+    clips = shared("data/people/gestures")
+    lines = (clips / "0_1_31_p1.trc").read_text().splitlines()
+    for k in range(5, len(lines)):
+        cells = lines[k].split("\t")
+        count = (len(cells) - 2) // 3
+        for point in range(count):
+            x, y, z = cells[2 + 3 * point : 5 + 3 * point]
+            cells[2 + 3 * point : 5 + 3 * point] = [z, x, y]
+        lines[k] = "\t".join(cells)
+    (tmp_path / "own.trc").write_text("\n".join(lines) + "\n")
+    truths = []
+    for name, trc in (("theirs", clips / "0_1_31_p1.trc"), ("own", tmp_path / "own.trc")):
+        init(
+            tmp_path / name,
+            video=clips / "0_1_31_p1.cam2.avi",
+            truth=trc,
+            camera=clips / "Calib_board.toml",
+            camera_name="cam2",
+        )
+        draft = Draft(tmp_path / name)
+        rotation, up = np.array(draft.get("camera.rotation")), draft.get("truth.up")
+        turn = to_up(up or "y", "y")
+        points = read_trc(trc).positions_m["RWrist"][:50] @ turn.T
+        truths.append(points @ rotation.T + np.array(draft.get("camera.translation_m")))
+    assert np.abs(truths[0] - truths[1]).max() < 1e-6
+
+
+def test_an_arms_calibration_is_turned_too(simulated: Path, tmp_path: Path) -> None:
+    draft = Draft(simulated)
+    own = np.array(draft.get("camera.rotation"), dtype=float)
+    known = tmp_path / "camera.toml"
+    known.write_text(f"rotation = {(own @ to_up('y', 'z')).tolist()}\n")
+    init(tmp_path / "arm", video=simulated / "video.mp4", imu=simulated / "imu.csv", camera=known)
+    made = np.array(Draft(tmp_path / "arm").get("camera.rotation"))
+    assert axis_up(made) == axis_up(own) == "z"
 
 
 def test_a_camera_of_another_world_is_told(simulated: Path, tmp_path: Path) -> None:

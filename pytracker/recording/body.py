@@ -9,18 +9,17 @@ from pathlib import Path
 
 import numpy as np
 
-from pytracker._core import KEY_JOINTS, InputError
+from pytracker._core import InputError
 from pytracker.formats import video
-from pytracker.formats.amc import read_amc
 from pytracker.formats.asf import read_asf
 from pytracker.formats.toml_file import parse_toml
+from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
 from pytracker.recording.keypoints import alone, files_of, uncovered
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
-from pytracker.recording.schema import BodyFile, BodyTruthEntry, ImuEntry, InitialEntry, SkeletonEntry
-from pytracker.recording.truth import POINT_FORMATS, load_points
+from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.rotation import Array
 from pytracker.skeleton.average import average_skeleton
@@ -28,14 +27,12 @@ from pytracker.skeleton.skeleton import UPPER_BODY, Skeleton
 
 __all__ = ["load_body", "skeleton_of"]
 
-SLACK_S = 0.1
-"""Truth and video may end this far apart without a word."""
-
 MOST = 1000.0
 """No angle in degrees and no place in metres is larger."""
 
 MOUNT_SD_DEG = 3.0
 """How well a sensor's mount is known where the recording does not say."""
+
 LEAST_PX = 8.0
 """Root to head must span as much in the first frame; less is a camera in other units."""
 
@@ -45,7 +42,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     camera_entry = entry.camera[0]
     skeleton, skeleton_file = skeleton_of(folder, path, entry.skeleton)
     view = view_of(folder, path, camera_entry)
-    truth, poses, warnings = _truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
+    truth, poses, warnings = load_truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
     if view.keypoints is not None and camera_entry.keypoints is not None:
@@ -58,8 +55,16 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
             warnings += said
     imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
     warnings += said
-    if truth is not None:
-        warnings += _uncovered(view, truth)
+    if truth is not None and entry.truth is not None:
+        warnings += uncovered_by_truth(view, truth)
+        warnings += beside_first_pose(
+            folder / entry.truth.file,
+            truth,
+            skeleton.joints(initial[None]),
+            view,
+            distance_sd_m=(entry.initial and entry.initial.distance_sd_m) or 0.0,
+            up=entry.truth.up or "y",
+        )
     if isinstance(view.camera, Camera):
         warnings += tuple(f"{path}: camera[0].{words}" for words in view.camera.off_middle(view.size_px))
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
@@ -122,60 +127,6 @@ def _imus(
         imus.append(dataclasses.replace(imu, q_world_segment=q))
         warnings += said
     return tuple(imus), tuple(warnings)
-
-
-def _truth(
-    folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton
-) -> tuple[Truth, Array | None, tuple[str, ...]]:
-    """Joints, and poses where the file has them."""
-    file = folder / entry.file
-    suffix = file.suffix.lower()
-    if suffix not in (".amc", *POINT_FORMATS):
-        expected = f"an .amc motion, or points: {', '.join(POINT_FORMATS)}"
-        raise InputError(f"{path}: truth.file is {entry.file!r}, expected {expected}")
-    if suffix != ".amc":
-        if entry.rate_hz is not None:
-            raise InputError(f"{path}: truth.rate_hz goes with an .amc motion, {entry.file} has times of its own")
-        truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
-        return truth, None, tuple(unseen)
-    idle = sorted({"markers", "up"} & entry.model_fields_set)
-    if idle:
-        raise InputError(f"{path}: truth.{idle[0]} goes with a file of markers, not with an .amc motion")
-    if entry.rate_hz is None:
-        raise InputError(
-            f"{path}: truth.rate_hz is missing, expected the rate of {entry.file}, which has none (CMU: 120)"
-        )
-    motion = read_amc(file, skeleton)
-    # By the frames' own numbers: where some are missing the others stay at their times.
-    time_s = (motion.numbers - motion.numbers[0]) / entry.rate_hz + entry.offset_s
-    steps = np.diff(motion.numbers)
-    gaps = [int(k) for k in np.flatnonzero(steps > np.median(steps))] if len(steps) > 1 else []
-    warnings = [
-        f"{file}: frame {motion.numbers[k + 1]} follows frame {motion.numbers[k]}; what lies between is not scored"
-        for k in gaps
-    ]
-    truth = Truth(time_s=time_s, joints_m=skeleton.joints(motion.poses))
-    return truth, motion.poses, (*motion.warnings, *warnings)
-
-
-def _uncovered(view: BodyView, truth: Truth) -> tuple[str, ...]:
-    """A word where the truth covers only a part of the frames."""
-    if view.video is not None:
-        info, file, of = video.probe(view.video), view.video, "video"
-        end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
-    else:
-        assert view.keypoints is not None
-        file, of, end = (
-            Path("camera[0]"),
-            "keypoints",
-            view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz,
-        )
-    if truth.time_s[-1] >= end - SLACK_S:
-        return ()
-    return (
-        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the {of} "
-        f"{view.start_s:.3f} to {end:.3f} s; frames without truth are not scored: check rate_hz and offset_s",
-    )
 
 
 def _initial(

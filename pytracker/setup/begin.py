@@ -8,12 +8,16 @@ from pathlib import Path
 import numpy as np
 import tomlkit
 
-from pytracker._core import InputError
+from pytracker._core import InputError, check_camera
 from pytracker.formats.calibration import read_calibration
 from pytracker.formats.imu import read_imu
+from pytracker.formats.trc import read_trc
 from pytracker.formats.video import frames, probe
 from pytracker.output import write_whole
+from pytracker.recording.camera import Camera
+from pytracker.recording.truth import UP
 from pytracker.recording.upright import to_up
+from pytracker.rotation import Array
 from pytracker.setup.truth_entry import truth_lines
 from pytracker.setup.upright import AS_TRC, axis_up, words_of
 
@@ -51,7 +55,7 @@ def init(
     known = {} if camera is None else read_calibration(camera, camera_name)
     folder.mkdir(parents=True, exist_ok=True)
     kind = "arm" if imu is not None else "body"
-    turned, up = _turn(known, None if truth is None else Path(truth)) if kind == "body" else ("", "")
+    turned, up = _turn(known, None if truth is None else Path(truth), kind)
     lines = [
         "# Made by pytracker init. What is missing is said where it belongs; `pytracker check` looks at all of it.",
         "schema = 1",
@@ -78,26 +82,55 @@ def _value(value: object) -> str:
     return tomlkit.item(value).as_string()
 
 
-def _turn(known: dict[str, object], truth: Path | None) -> tuple[str, str]:
-    """Turn what is known of a body's camera to a world whose y axis is up.
+def _turn(known: dict[str, object], truth: Path | None, kind: str) -> tuple[str, str]:
+    """Turn what is known of the camera to the world of a `kind` of recording: y is up for a body, z for an arm.
 
-    How, in words, and which axis is up in the truth; both empty where y was up.
+    How, in words, and which axis is up in the truth; both empty where it was so. Who gives an arm's shoulder too gives
+    both in one world.
     """
-    if "rotation" not in known:
+    wanted = UP[kind]
+    if "rotation" not in known or "shoulder_m" in known:
         return "", ""
     try:
         rotation = np.array(known["rotation"], dtype=float).reshape(3, 3)
     except (TypeError, ValueError):
         return "", ""  # said where it is loaded
     up = axis_up(rotation)
-    if up in ("y", ""):
+    if not up:
+        return f"not turned, the camera looks up, down or askew: {wanted} is to be up here", ""
+    if up == wanted:
         return "", ""
-    first = AS_TRC if truth is not None and truth.suffix.lower() == ".trc" else np.eye(3)
+    is_theirs = truth is not None and truth.suffix.lower() == ".trc" and _is_turned(known, truth)
+    first = AS_TRC if is_theirs else np.eye(3)
     of_truth = axis_up(rotation @ first.T)
-    turn = to_up(of_truth, "y") @ first
+    turn = to_up(of_truth, wanted) @ first
     known["rotation"] = (rotation @ turn.T).tolist()
     words = f"turned, the calibration has its {up} axis up: x, y, z here are its {words_of(turn)}"
-    return words, "" if of_truth == "y" else of_truth
+    return words, "" if of_truth == wanted else of_truth
+
+
+def _is_turned(known: dict[str, object], truth: Path) -> bool:
+    """Whether the points of a TRC stand more upright in the picture when they are taken as Pose2Sim turns them."""
+    try:
+        camera = Camera(
+            matrix=known["matrix"],  # type: ignore[arg-type]  # validated
+            rotation=known["rotation"],  # type: ignore[arg-type]
+            translation_m=known["translation_m"],  # type: ignore[arg-type]
+        )
+        check_camera(camera)
+        rows = np.stack(list(read_trc(truth).positions_m.values()), axis=1)
+    except (InputError, KeyError, TypeError, ValueError):
+        return True  # said where they are loaded
+    seen = np.isfinite(rows).all(axis=2)
+    points = rows[int(np.argmax(seen.sum(axis=1)))]
+    points = points[np.isfinite(points).all(axis=1)]
+
+    def tallness(at: Array) -> float:
+        pixels = camera.project(at)
+        pixels = pixels[np.isfinite(pixels).all(axis=1)]
+        return float(np.ptp(pixels[:, 1]) - np.ptp(pixels[:, 0])) if len(pixels) > 1 else -np.inf
+
+    return tallness(points @ AS_TRC) >= tallness(points)
 
 
 def _camera(

@@ -63,13 +63,18 @@ def check_pose(draft: Draft) -> Finding:
 
 
 def check_up(draft: Draft) -> list[Finding]:
-    """Whether the world's vertical is up in the picture; nothing where the camera looks askew, or is not known."""
+    """Whether the world's vertical is up in the picture; nothing where the camera is not known."""
     if check_pose(draft).verdict != "right":
         return []
     wanted, found = UP[draft.kind], axis_up(np.array(draft.get("camera.rotation"), dtype=float))
-    if found in (wanted, ""):
+    if found == wanted:
         return []
     whose = "an arm" if draft.kind == "arm" else "a body"
+    if not found:
+        words = (
+            f"looks up, down or askew: whether the {wanted} axis of its world is up, as {whose} needs, it does not say"
+        )
+        return [Finding("camera's world", "cannot be told", words)]
     words = (
         f"its world's {found} axis is up in the picture, and {whose} is in a world whose {wanted} axis is: is the "
         "calibration's another (then turn rotation, and all places given in it), or is the camera held on its side?"

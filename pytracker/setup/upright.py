@@ -12,6 +12,8 @@ AS_TRC = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 """How Pose2Sim turns points of its calibration's world for its TRC files."""
 CLEAR = 0.8
 """An axis that is more of what is up in the picture is up; where a camera looks down by 37° or more, it may not be."""
+LOOKS_UP = 0.26
+"""A camera that would look up along it by more (15°) rather looks down steeply, and the axis is level."""
 
 
 def axis_up(rotation: Array) -> str:
@@ -22,9 +24,10 @@ def axis_up(rotation: Array) -> str:
     # v runs down the picture.
     up = -np.asarray(rotation, dtype=float)[1]
     axis = int(np.argmax(np.abs(up)))
-    if abs(up[axis]) < CLEAR:
+    sign = 1.0 if up[axis] > 0 else -1.0
+    if abs(up[axis]) < CLEAR or sign * np.asarray(rotation, dtype=float)[2, axis] > LOOKS_UP:
         return ""
-    return ("" if up[axis] > 0 else "-") + "xyz"[axis]
+    return ("" if sign > 0 else "-") + "xyz"[axis]
 
 
 def words_of(turn: Array) -> str:

@@ -1,0 +1,146 @@
+"""Measured joints of a body: read, checked against the skeleton's lengths and the first pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import KEY_JOINTS, InputError
+from pytracker.formats import video
+from pytracker.formats.amc import read_amc
+from pytracker.recording.recording import BodyView, Truth
+from pytracker.recording.schema import BodyTruthEntry
+from pytracker.recording.truth import POINT_FORMATS, load_points
+from pytracker.recording.upright import TO_Y, to_up
+from pytracker.rotation import Array
+from pytracker.skeleton.skeleton import Skeleton
+
+__all__ = ["beside_first_pose", "load_truth", "uncovered_by_truth"]
+
+SLACK_S = 0.1
+"""Truth and video may end this far apart without a word."""
+LENGTHS = (0.6, 1.5)
+"""Times the skeleton's, where joints are joints and metres are metres."""
+NEAR_S = 0.25
+"""The truth's first frame with joints is the video's first, where it lies so near."""
+PLACE_M = 0.3
+SHAPE_M = 0.2
+"""How far the first pose's joints may lie from the truth's, and how far once its middle is put on theirs (medians)."""
+ENOUGH = 3
+"""Joints that have a shape."""
+
+
+def load_truth(
+    folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton
+) -> tuple[Truth, Array | None, tuple[str, ...]]:
+    """Joints, and poses where the file has them; and what is odd about it. Raises `InputError`."""
+    file = folder / entry.file
+    suffix = file.suffix.lower()
+    if suffix not in (".amc", *POINT_FORMATS):
+        expected = f"an .amc motion, or points: {', '.join(POINT_FORMATS)}"
+        raise InputError(f"{path}: truth.file is {entry.file!r}, expected {expected}")
+    if suffix != ".amc":
+        if entry.rate_hz is not None:
+            raise InputError(f"{path}: truth.rate_hz goes with an .amc motion, {entry.file} has times of its own")
+        truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
+        _check_lengths(file, truth, skeleton)
+        return truth, None, tuple(unseen)
+    idle = sorted({"markers", "up"} & entry.model_fields_set)
+    if idle:
+        raise InputError(f"{path}: truth.{idle[0]} goes with a file of markers, not with an .amc motion")
+    if entry.rate_hz is None:
+        raise InputError(
+            f"{path}: truth.rate_hz is missing, expected the rate of {entry.file}, which has none (CMU: 120)"
+        )
+    motion = read_amc(file, skeleton)
+    # By the frames' own numbers: where some are missing the others stay at their times.
+    time_s = (motion.numbers - motion.numbers[0]) / entry.rate_hz + entry.offset_s
+    steps = np.diff(motion.numbers)
+    gaps = [int(k) for k in np.flatnonzero(steps > np.median(steps))] if len(steps) > 1 else []
+    warnings = [
+        f"{file}: frame {motion.numbers[k + 1]} follows frame {motion.numbers[k]}; what lies between is not scored"
+        for k in gaps
+    ]
+    truth = Truth(time_s=time_s, joints_m=skeleton.joints(motion.poses))
+    return truth, motion.poses, (*motion.warnings, *warnings)
+
+
+def uncovered_by_truth(view: BodyView, truth: Truth) -> tuple[str, ...]:
+    """A word where the truth covers only a part of the frames."""
+    if view.video is not None:
+        info, file, of = video.probe(view.video), view.video, "video"
+        end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+    else:
+        assert view.keypoints is not None
+        file, of, end = (
+            Path("camera[0]"),
+            "keypoints",
+            view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz,
+        )
+    if truth.time_s[-1] >= end - SLACK_S:
+        return ()
+    return (
+        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the {of} "
+        f"{view.start_s:.3f} to {end:.3f} s; frames without truth are not scored: check rate_hz and offset_s",
+    )
+
+
+def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> None:
+    """Points that were mixed up, or are in other units, do not have the skeleton's lengths."""
+    still = skeleton.joints(np.zeros((1, len(skeleton.channels))))
+    for side in ("left", "right"):
+        for near, far in (("shoulder", "elbow"), ("elbow", "wrist")):
+            a, b = f"{side}_{near}", f"{side}_{far}"
+            if a not in truth.joints_m or b not in truth.joints_m:
+                continue
+            apart = np.linalg.norm(truth.joints_m[a] - truth.joints_m[b], axis=1)
+            if not np.isfinite(apart).any():
+                continue
+            length = float(np.linalg.norm(still[a] - still[b]))
+            low, high = (share * length for share in LENGTHS)
+            middle = float(np.nanmedian(apart))
+            if not low <= middle <= high:
+                raise InputError(
+                    f"{file}: {a} and {b} are {middle:.3g} m apart (median), expected {low:.2f} to {high:.2f} m by the "
+                    "skeleton: check the markers' names, the file's units, and the skeleton"
+                )
+
+
+def beside_first_pose(
+    file: Path, truth: Truth, first: Mapping[str, Array], view: BodyView, *, distance_sd_m: float, up: str
+) -> tuple[str, ...]:
+    """A word where the truth's joints are elsewhere than those of the first pose, `(1, 3)` each, in the first frame.
+
+    `distance_sd_m` is how well that one's distance from the camera is known, `up` the axis that is up in the file.
+    """
+    names = [name for name in first if name in truth.joints_m]
+    rows = np.stack([truth.joints_m[name] for name in names], axis=1)
+    near = (np.abs(truth.time_s - view.start_s) <= NEAR_S) & np.isfinite(rows).all(axis=(1, 2))
+    if not near.any():
+        return ()
+    theirs = rows[int(np.argmax(near))]
+    ours = np.stack([first[name][0] for name in names])
+    off, askew = _medians(ours, theirs)
+    if off <= PLACE_M + 2 * distance_sd_m and (askew <= SHAPE_M or len(names) < ENOUGH):
+        return ()
+    words = (
+        f"{file}: in the first frame its joints are {off:.2f} m from those of the first pose (median), {askew:.2f} m "
+        f"once both are put on each other, expected at most {PLACE_M + 2 * distance_sd_m:.2f} and {SHAPE_M:.2f} m: "
+        "check truth.up, truth.offset_s, the camera's world and the first pose"
+    )
+    as_read = theirs @ to_up(up, "y")
+    others = [other for other in TO_Y if _medians(ours, as_read @ to_up(other, "y").T)[1] <= SHAPE_M / 2]
+    if others and askew > SHAPE_M and len(names) >= ENOUGH:
+        words += f'; with truth.up = "{others[0]}" they would fit'
+    return (words,)
+
+
+def _medians(ours: Array, theirs: Array) -> tuple[float, float]:
+    """Between joints `(J, 3)`, m: as they are, and with their middles put on each other."""
+    apart = ours - theirs
+    return (
+        float(np.median(np.linalg.norm(apart, axis=1))),
+        float(np.median(np.linalg.norm(apart - apart.mean(axis=0), axis=1))),
+    )
