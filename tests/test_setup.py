@@ -396,6 +396,34 @@ def test_a_body_with_keypoints_needs_no_first_pose(tmp_path: Path) -> None:
     assert recording.initial.any()
 
 
+def test_a_first_pose_is_found_again_where_the_height_changed(tmp_path: Path) -> None:
+    """It stayed as it was, "given", of a person of another height."""
+    folder = pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=1.0, keypoint_sd_px=2.0), 3)
+    draft = Draft(folder)
+    text = draft.path.read_text()
+    draft.path.write_text(text[: text.index("[truth]")])
+    pt.setup.check(folder, write=True)
+    first = (folder / "initial.toml").read_text()
+    assert not pt.load(folder).warnings
+    same = {finding.what: finding for finding in pt.setup.check(folder).findings}
+    assert same["first pose"].verdict == "right"
+    draft = Draft(folder)
+    draft.set("skeleton.height_m", 1.65)
+    draft.save()
+    (said,) = pt.load(folder).warnings
+    assert "pytracker check --write finds the first pose again" in said
+    again = {finding.what: finding for finding in pt.setup.check(folder, write=True).findings}
+    assert "was found with another camera, height or keypoints" in again["first pose"].evidence
+    assert (folder / "initial.toml").read_text() != first
+    assert not pt.load(folder).warnings
+    by_hand = (folder / "initial.toml").read_text() + "head_rx = 1.0\n"
+    (folder / "initial.toml").write_text(by_hand)
+    draft.set("skeleton.height_m", 1.75)
+    draft.save()
+    pt.setup.check(folder, write=True)
+    assert (folder / "initial.toml").read_text() == by_hand
+
+
 def test_a_body_needs_no_calibration(tmp_path: Path) -> None:
     """Nor hips in the picture: joints are told from the camera, how they lie to each other is right."""
     scene = pt.BodyScene(duration_s=2.0, keypoint_sd_px=1.0)
@@ -410,7 +438,9 @@ def test_a_body_needs_no_calibration(tmp_path: Path) -> None:
     assert "known to 10%" in found["focal length"].evidence
     assert found["first pose"].writes["initial.distance_sd_m"]
     assert list(found["camera's pitch"].writes) == ["camera.rotation"]
-    assert "camera's pitch" not in {finding.what for finding in pt.setup.check(folder).findings}
+    later = {finding.what: finding for finding in pt.setup.check(folder).findings}
+    assert not later["camera's pitch"].writes
+    assert "of a camera whose place is not known" in later["camera's pitch"].evidence
     told = pt.load(folder)
     assert isinstance(told, pt.BodyRecording)
     track = pt.track(told, pt.BodySmooth())

@@ -16,6 +16,7 @@ from pytracker.formats.toml_file import parse_toml
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
+from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
 from pytracker.recording.keypoints import alone, files_of, uncovered
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
@@ -65,6 +66,9 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
             distance_sd_m=(entry.initial and entry.initial.distance_sd_m) or 0.0,
             up=entry.truth.up or "y",
         )
+    if entry.initial is not None and entry.initial.angles is not None:
+        inputs = fingerprint(skeleton, view, camera_entry.focal_sd or 0.0)
+        warnings += _changed(folder / entry.initial.angles, inputs)
     if isinstance(view.camera, Camera):
         warnings += tuple(f"{path}: camera[0].{words}" for words in view.camera.off_middle(view.size_px))
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
@@ -86,6 +90,16 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
         spreads=_spreads(entry.initial),
         files=(path, *files, *skeleton_file),
         warnings=warnings,
+    )
+
+
+def _changed(file: Path, inputs: str) -> tuple[str, ...]:
+    """A word where the first pose was found from something else than there is now."""
+    if not is_stale(file, inputs):
+        return ()
+    return (
+        f"{file}: was found with another camera, height or keypoints than there are now: pytracker check --write finds "
+        "the first pose again",
     )
 
 

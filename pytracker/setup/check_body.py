@@ -10,13 +10,14 @@ from pytracker._core import InputError
 from pytracker.formats.keypoints import Keypoints
 from pytracker.recording.body import skeleton_of
 from pytracker.recording.body_view import view_of
+from pytracker.recording.found_pose import fingerprint, is_as_found, is_stale, lines_of
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
 from pytracker.setup.begin import LEVEL
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 from pytracker.setup.first_person import first_person, first_row
-from pytracker.setup.first_pose import FirstPose, first_pose
+from pytracker.setup.first_pose import first_pose
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["check_body"]
@@ -26,6 +27,7 @@ USUALLY = np.radians(10.0)
 """So far cameras look down: a trunk that looks short may lean either way, and few look up."""
 STEEPEST = np.radians(40.0)
 """A camera that looks down by more sees no trunk that tells."""
+HANGS = "how far joints lie towards the camera hangs on it, 1.7 cm for each 10 cm of height and 10°"
 VAGUE = 0.03
 """A focal length that is known to a larger share is worth a word."""
 
@@ -35,13 +37,18 @@ def check_body(draft: Draft) -> list[Finding]:
     found: list[Finding] = []
     skeleton, view = _skeleton(draft, found), _view(draft, found)
     focal_sd = float(draft.get("camera.focal_sd") or 0.0)
+    found += _tilt(draft)
     if focal_sd > VAGUE:
         words = (
             f"known to {focal_sd:.0%}, and so is how far off the person is: pytracker calibrate camera finds it; how "
             "the joints lie to each other hardly depends on it"
         )
         found.append(Finding("focal length", "doubtful", words))
-    if draft.get("initial.angles") is not None or draft.get("initial.frame") is not None:
+    inputs = None if skeleton is None or view is None else fingerprint(skeleton, view, focal_sd)
+    is_changed = (
+        inputs is not None and draft.get("initial.angles") == INITIAL and is_stale(draft.folder / INITIAL, inputs)
+    )
+    if not is_changed and (draft.get("initial.angles") is not None or draft.get("initial.frame") is not None):
         found.append(Finding("first pose", "right", "is given; how it stands on the person is said below"))
     elif str(draft.get("truth.file") or "").endswith(".amc"):
         found.append(Finding("first pose", "right", "is the truth's own"))
@@ -70,13 +77,34 @@ def _pitched(draft: Draft, skeleton: Skeleton, view: BodyView, found: list[Findi
     _, up, near = rotations[0, skeleton.bone("lowerback")][:, 1]
     pitch = USUALLY + float(np.arctan2(near, up))
     if abs(pitch) > STEEPEST:
+        words = (
+            f"the person seems to lean by {abs(np.degrees(pitch)):.0f}° in the first frame, or the camera looks down "
+            "so steeply: it is taken to be level, give camera.rotation where it is not"
+        )
+        found.append(Finding("camera's pitch", "cannot be told", words))
         return view
     words = (
-        f"looks {'down' if pitch > 0 else 'up'} by {abs(np.degrees(pitch)):.0f}°, if the person stands upright in the "
-        "first frame: how far joints lie towards the camera hangs on it"
+        f"looks {'down' if pitch > 0 else 'up'} by about {abs(np.degrees(pitch)):.0f}°, if the person stands upright "
+        f"in the first frame: {HANGS}"
     )
     found.append(Finding("camera's pitch", "missing", words, {"camera.rotation": _rotation(pitch)}))
     return _looking_down(draft, pitch)
+
+
+def _tilt(draft: Draft) -> list[Finding]:
+    """A word on a camera from which the joints are told: its pitch was found once, and is no calibration."""
+    rotation, place = draft.get("camera.rotation"), draft.get("camera.translation_m")
+    if place != [0.0, 0.0, 0.0] or rotation == LEVEL:
+        return []
+    try:
+        pitch = float(np.arctan2(rotation[1][2], -rotation[1][1]))
+        is_pitch = np.allclose(rotation, _rotation(pitch), atol=1e-4)
+    except (TypeError, ValueError, IndexError):
+        return []  # said of the camera
+    if not is_pitch:
+        return []
+    words = f"is given as {np.degrees(pitch):.0f}° down, of a camera whose place is not known: {HANGS}"
+    return [Finding("camera's pitch", "doubtful", words)]
 
 
 def _looking_down(draft: Draft, pitch: float) -> BodyView:
@@ -143,12 +171,16 @@ def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: floa
         words += "; the person is seen from behind, or the picture is mirrored"
     if not pose.fits:
         return Finding("first pose", "cannot be told", f"{words}: check camera, skeleton and keypoints")
-    if (draft.folder / INITIAL).exists():
+    if (draft.folder / INITIAL).exists() and not is_as_found(draft.folder / INITIAL):
         return Finding("first pose", "doubtful", f"{words}; {INITIAL} is there already and is not replaced")
+    if draft.get("initial.angles") is not None:
+        words += f"; the one in {INITIAL} was found with another camera, height or keypoints"
     values: dict[str, object] = {"initial.angles": INITIAL}
     if pose.distance_sd_m is not None:
         values["initial.distance_sd_m"] = pose.distance_sd_m
-    return Finding("first pose", "missing", words, values, {INITIAL: _lines(pose)})
+    return Finding(
+        "first pose", "missing", words, values, {INITIAL: lines_of(pose.angles, fingerprint(skeleton, view, focal_sd))}
+    )
 
 
 def _when(keypoints: Keypoints) -> str:
@@ -158,8 +190,3 @@ def _when(keypoints: Keypoints) -> str:
         return ""
     frame = int(keypoints.frames[row])
     return f"; there are from frame {frame} on: cut what is before it off the video, and find the keypoints again"
-
-
-def _lines(pose: FirstPose) -> str:
-    head = "# Found from the keypoints of the first frame: bone_dof = degrees, root_t* in metres.\n"
-    return head + "".join(f"{name} = {value}\n" for name, value in pose.angles.items())
