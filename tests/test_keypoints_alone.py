@@ -106,6 +106,10 @@ def test_keypoints_alone_that_do_not_bear_the_pose_out_are_told(sensed: Path, tm
         track = pt.track(changed_points(recording, change), pt.Partitioned(), 1)
         assert words in track.reason[first]
         assert track.valid[:28].mean() > 0.9
+    (doubt,) = pt.doubts(pt.track(changed_points(recording, shifted), pt.Partitioned(), 1))
+    assert re.search(
+        r"in \d+ frames, first in frame \d+, the keypoints of the arms lie \d\.\d m beside the person", doubt
+    )
     (doubt,) = pt.doubts(pt.track(changed_points(recording, narrow), pt.Partitioned(), 1))
     assert re.search(r"the keypoints of the arms lie \d+ cm beside the first pose, expected at most 10 cm", doubt)
 

@@ -181,6 +181,30 @@ def hidden(rows: Array, offset_s: float, heading_deg: float, mount: Array) -> Ar
     return rows
 
 
+def test_tables_may_stand_in_a_line(tmp_path: Path) -> None:
+    path = tmp_path / "recording.toml"
+    path.write_text('schema = 1\nkind = "body"\ncamera = [{ video = "a.mp4" }]\n')
+    draft = Draft(tmp_path)
+    assert (draft.count("camera"), draft.count("imu"), draft.get("camera.video")) == (1, 0, "a.mp4")
+    draft.set("camera[0].keypoints", "k.csv")
+    draft.save()
+    assert Draft(tmp_path).table("camera") == {"video": "a.mp4", "keypoints": "k.csv"}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('schema = 1\nkind = "body"\n', "there is no \\[\\[camera\\]\\], expected one with a video"),
+        ('schema = 1\nkind = "body"\n[[camera]]\nvideos = "a.mp4"\n', "videos is not a known key"),
+        ('schema = 7\nkind = "body"\n[[camera]]\nvideo = "a.mp4"\n', "schema"),
+    ],
+)
+def test_keypoints_are_looked_for_in_a_recording(tmp_path: Path, text: str, expected: str) -> None:
+    (tmp_path / "recording.toml").write_text(text)
+    with pytest.raises(pt.InputError, match=expected):
+        pt.setup.detect(tmp_path)
+
+
 def test_everything_hidden_is_found_by_init_and_check(simulated: Path, tmp_path: Path) -> None:
     """Clock, heading, mount, units and quaternion; afterwards the wrist is as right as with the true ones, nearly."""
     mount, other = np.array([0.5, 0.5, 0.5, 0.5]), EVERY[-1]
@@ -449,6 +473,26 @@ def test_a_body_needs_no_calibration(tmp_path: Path) -> None:
         seen = track.joints[name].mean - track.joints["root"].mean
         truth = true.truth.at(name, track.time_s) - true.truth.at("root", track.time_s)
         assert np.nanmedian(np.linalg.norm((seen - truth)[:, :2], axis=1)) < 0.08, name
+
+
+def test_a_guess_of_a_cut_picture_is_told(tmp_path: Path) -> None:
+    """A focal length is guessed from whole pictures: of a square out of one wrists were 24 cm off, and valid."""
+    folder = pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=0.2), 3)
+    draft = Draft(folder)
+    text = draft.path.read_text().replace('points = "points.csv"', "")
+    camera = "matrix = [[300.0, 0, 159.5], [0, 300.0, 119.5], [0, 0, 1]]\nfocal_sd = 0.1\n"
+    pose = "rotation = [[1, 0, 0], [0, -1, 0], [0, 0, -1]]\ntranslation_m = [0, 1.0, 3.0]\n"
+    draft.path.write_text(text.replace('video = "video.mp4"', 'video = "video.mp4"\n' + camera + pose))
+    assert not pt.load(folder).warnings
+    whole = list(frames(folder / "video.mp4"))
+    cut = cv2.VideoWriter(str(folder / "cut.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 30.0, (240, 240))
+    for frame in whole:
+        cut.write(frame.image[:240, 40:280])
+    cut.release()
+    text = draft.path.read_text().replace("video.mp4", "cut.avi").replace('background = "background.png"', "")
+    draft.path.write_text(text.replace("159.5", "119.5"))
+    (said,) = pt.load(folder).warnings
+    assert "the picture is 240 x 240 px, which is a part of what a camera took" in said
 
 
 def test_a_calibration_by_ourselves_goes_with_a_body(tmp_path: Path, simulated_body: Path) -> None:

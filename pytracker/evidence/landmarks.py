@@ -74,6 +74,7 @@ def _check_elbow(recording: ArmRecording, camera: int, pixels: Array, wrist: Arr
             f"camera[{camera}]: what is seen of the elbow is {100 * off_m:.0f} cm from the wrist in the picture (in "
             f"nine of ten frames at most), expected {100 * SHORTEST * arm.forearm_m:.0f} to "
             f"{100 * LONGEST * arm.forearm_m:.0f} cm: check patches.elbow or keypoints, patch_box and arm.forearm_m"
+            f"{_or_without(recording, camera)}"
         )
 
 
@@ -86,8 +87,15 @@ def _check_shoulder(recording: ArmRecording, camera: int, pixels: Array) -> None
         raise InputError(
             f"camera[{camera}]: what is seen of the shoulder is {off:.0f} px from where shoulder_m is (median), "
             f"expected at most {most_px:.0f} px ({100 * MOST_BESIDE_M:.0f} cm): check patches.shoulder or keypoints, "
-            "arm.shoulder_m and the camera's rotation and translation_m"
+            f"arm.shoulder_m and the camera's rotation and translation_m{_or_without(recording, camera)}"
         )
+
+
+def _or_without(recording: ArmRecording, camera: int) -> str:
+    """Who has a patch on the wrist needs no detector."""
+    view = recording.views[camera]
+    has_both = view.keypoints is not None and view.patch_box is not None
+    return f"; or take camera[{camera}].keypoints out, the patch is enough" if has_both else ""
 
 
 def wrist_seen(keypoints: Keypoints, side: str, film: Iterator[Frame]) -> PatchTrack:

@@ -52,6 +52,11 @@ class PointsBorneOut:
         means = [float(np.nanmean(person)) if np.isfinite(person).any() else np.inf for person in apart]
         return [float(x) for x in apart[int(np.argmin(means))]]
 
+    @property
+    def median_off_m(self) -> Array:
+        """How far the points are off in every frame so far, the median of `LIMBS` `(T,)`, m; NaN where none is seen."""
+        return median_of_known(np.array(self._off_m).reshape(-1, len(LIMBS)).T)
+
     def reasons(self) -> list[dict[str, str]]:
         """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""
         time_s, off = np.array(self._time_s), np.array(self._off_m).reshape(-1, len(LIMBS))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.borne_out import WINDOW_S
@@ -51,7 +52,12 @@ def distance_changes(recording: BodyRecording) -> bool:
     for frame, points in zip(view.keypoints.frames, view.keypoints.points, strict=True):
         trunk.look(frame / (rate_hz or USUAL_HZ), first, points)
     length, width = trunk.ratios().T
-    return float(np.mean((length > LARGER) | (width > LARGER) | ((length < 1.0) & (length * width < LEAVING)))) > OFTEN
+    return float(np.mean(_is_nearer(length, width) | ((length < 1.0) & (length * width < LEAVING)))) > OFTEN
+
+
+def _is_nearer(length: Array, width: Array) -> NDArray[np.bool_]:
+    """Larger one way or the other, and on the whole: hips at the picture's edge make a trunk long and narrow."""
+    return np.asarray(((length > LARGER) | (width > LARGER)) & (length * width > LARGER))
 
 
 def against_first(time_s: Array, sizes: Array) -> Array:
@@ -102,12 +108,12 @@ class TrunkSeen:
 
     def reasons(self) -> list[str]:
         """Of every frame; empty where nothing speaks against it."""
-        return [_said(length, width) for length, width in self.ratios()]
+        ratios = self.ratios()
+        nearer = _is_nearer(*ratios.T)
+        return [NEARER if near else _said(*ratio) for near, ratio in zip(nearer, ratios, strict=True)]
 
 
 def _said(length: float, width: float) -> str:
-    if length > LARGER or width > LARGER:
-        return NEARER
     if length < SHORTER:
         return FARTHER
     return "turns farther than is tracked" if width < NARROWER else ""

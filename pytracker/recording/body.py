@@ -34,6 +34,10 @@ MOST = 1000.0
 MOUNT_SD_DEG = 3.0
 """How well a sensor's mount is known where the recording does not say."""
 
+GUESSED = 0.05
+"""A focal length that is known to a larger share only was not measured."""
+SQUARE = 1.2
+"""Longer side over shorter: pictures of cameras are 4:3 at least."""
 LEAST_PX = 8.0
 """Root to head must span as much in the first frame; less is a camera in other units."""
 
@@ -69,6 +73,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     if entry.initial is not None and entry.initial.angles is not None:
         inputs = fingerprint(skeleton, view, camera_entry.focal_sd or 0.0)
         warnings += _changed(folder / entry.initial.angles, inputs)
+    warnings += _cropped(path, view, camera_entry.focal_sd or 0.0)
     if isinstance(view.camera, Camera):
         warnings += tuple(f"{path}: camera[0].{words}" for words in view.camera.off_middle(view.size_px))
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
@@ -100,6 +105,18 @@ def _changed(file: Path, inputs: str) -> tuple[str, ...]:
     return (
         f"{file}: was found with another camera, height or keypoints than there are now: pytracker check --write finds "
         "the first pose again",
+    )
+
+
+def _cropped(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
+    """A word where a focal length is guessed, of a picture that no camera takes."""
+    width, height = view.size_px
+    if focal_sd < GUESSED or max(width, height) > SQUARE * min(width, height):
+        return ()
+    return (
+        f"{path}: the picture is {width} x {height} px, which is a part of what a camera took, and the focal length is "
+        "guessed from it as of a whole one: distances and what lies towards the camera may be wrong by half; take the "
+        "uncut video, or calibrate the camera",
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +29,6 @@ PHONE_FOCAL = 0.8
 PHONE_FOCAL_SD = 0.1
 LEVEL = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
 """World to a camera that looks along -z, in a world whose y axis is up."""
-HOW = "pytracker check {folder} --write"
 
 
 def init(
@@ -76,6 +76,11 @@ def _named(folder: Path, file: Path) -> str:
         raise InputError(f"{file}: there is no such file")
     name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
     return tomlkit.item(name).as_string()
+
+
+def _check(folder: Path) -> str:
+    """The command that finds what is missing."""
+    return f"pytracker check {shlex.quote(folder.name)} --write"
 
 
 def _value(value: object) -> str:
@@ -157,7 +162,7 @@ def _camera(
     lines += _camera_pose(known, kind, turned)
     if kind == "arm":
         box = "patch_box"
-        how = f"the patch in the first frame, x, y, width, height, px: {HOW.format(folder=folder.name)} finds it"
+        how = f"the patch in the first frame, x, y, width, height, px: {_check(folder)} finds it"
         lines.append(f"{box} = {_value(known[box])}" if box in known else f"# {box} = [...]  # missing: {how}")
     return [*lines, ""]
 
@@ -191,7 +196,7 @@ def _imu(folder: Path, file: Path) -> list[str]:
     return [
         "[[imu]]",
         f"file = {name}  # {len(log.time_s)} samples over {span:.1f} s: acc{''.join(f', {words}' for words in has)}",
-        f"# offset_s, heading_deg, mount, units and directions: {HOW.format(folder=folder.name)} finds them",
+        f"# offset_s, heading_deg, mount, units and directions: {_check(folder)} finds them",
         "",
     ]
 
@@ -208,7 +213,11 @@ def _arm(known: dict[str, object]) -> list[str]:
 
 
 def _body(folder: Path, has_keypoints: bool) -> list[str]:
-    them = "keypoints" if has_keypoints else f"keypoints, which pytracker keypoints {folder.name} finds in the video"
+    them = (
+        "keypoints"
+        if has_keypoints
+        else f"keypoints, which pytracker keypoints {shlex.quote(folder.name)} finds in the video"
+    )
     return [
         "[skeleton]",
         "# height_m = 1.70  # missing: the person's height; or file, an Acclaim skeleton",

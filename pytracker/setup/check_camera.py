@@ -40,8 +40,10 @@ def check_video(draft: Draft) -> Finding:
         times = np.array([frame.time_s for frame in frames(file)])
     except (InputError, OSError) as error:
         return Finding("video", "wrong", str(error))
+    if len(times) < 2:
+        return Finding("video", "wrong", f"{file.name}: has {len(times)} frame, expected a movement")
     steps = np.diff(times)
-    usual, longest = (float(np.median(steps)), float(steps.max())) if len(steps) else (np.inf, 0.0)
+    usual, longest = float(np.median(steps)), float(steps.max())
     words = (
         f"{file.name}: {len(times)} frames of {info.width} x {info.height} px over {times[-1]:.2f} s, usually "
         f"{1 / usual:.4g} a second, the longest wait {longest:.3f} s"

@@ -12,8 +12,10 @@ from pytracker.evidence.detector import Detector
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.keypoint_models import COCO
 from pytracker.formats.keypoints_write import keypoints_text
+from pytracker.formats.toml_file import faults_of, read_toml
 from pytracker.formats.video import frames
 from pytracker.output import write_whole
+from pytracker.recording.schema import SCHEMA, ArmFile, BodyFile
 from pytracker.setup.draft import Draft
 
 __all__ = ["Detected", "detect"]
@@ -44,6 +46,11 @@ def detect(folder: Path | str, camera: int = 0, *, force: bool = False, progress
     are there already, unless `force`.
     """
     draft = Draft(Path(folder))
+    data = read_toml(draft.path, SCHEMA)
+    if faults := faults_of(data, BodyFile if draft.kind == "body" else ArmFile):
+        raise InputError(f"{draft.path}: {faults[0]}")
+    if not draft.count("camera"):
+        raise InputError(f"{draft.path}: there is no [[camera]], expected one with a video")
     if not 0 <= camera < draft.count("camera"):
         raise InputError(f"camera is {camera}, expected 0 to {draft.count('camera') - 1}: {draft.path}")
     entry = f"camera[{camera}]"

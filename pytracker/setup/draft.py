@@ -7,7 +7,7 @@ from typing import Any
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
-from tomlkit.items import AoT, Table
+from tomlkit.items import AbstractTable
 
 from pytracker._core import InputError
 from pytracker.output import write_whole
@@ -80,11 +80,11 @@ class Draft:
     def count(self, name: str) -> int:
         """How many tables of that name there are."""
         found = self._document.get(name)
-        return len(found) if isinstance(found, AoT) else int(isinstance(found, Table))
+        return len(found) if isinstance(found, list) else int(isinstance(found, AbstractTable))
 
-    def _table(self, name: str) -> Table | None:
+    def _table(self, name: str) -> AbstractTable | None:
         name, _, number = name.rstrip("]").partition("[")
         found, at = self._document.get(name), int(number or 0)
-        if isinstance(found, AoT):
-            return found[at] if at < len(found) else None
-        return found if isinstance(found, Table) and at == 0 else None
+        if isinstance(found, list):  # [[camera]], or camera = [{ ... }]
+            found, at = (found[at] if at < len(found) else None), 0
+        return found if isinstance(found, AbstractTable) and at == 0 else None

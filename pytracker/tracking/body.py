@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -63,6 +63,7 @@ class BodyTrack(Track):
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
+        points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
         shown: the evidence of a frame about the middle; None without a video.
     """
 
@@ -75,6 +76,7 @@ class BodyTrack(Track):
     on_person: Array
     head_off_m: Array
     points_off_m: float = float("nan")
+    points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
     shown: Shown | None = None
 
 
@@ -91,6 +93,7 @@ class _Watched:
         self.on_person: list[float] = []
         self.points: list[tuple[float, Array | None]] = []
         self.points_off_m = float("nan")
+        self.points_astray_m = np.zeros(0)
         self._shown: tuple[Shown, ...] = ()
         self.is_alone = recording.view.video is None
         self.has_keypoints = recording.view.keypoints is not None
@@ -99,8 +102,9 @@ class _Watched:
         evidence, is_first = observation.evidence, not self.points
         self.points.append((observation.time_s, evidence.keypoints))
         if is_first:
-            off = np.array(PointsBorneOut(self.camera).off_m(self._first, evidence.keypoints))
-            self.points_off_m = float(np.nanmedian(off)) if np.isfinite(off).any() else float("nan")
+            at_first = PointsBorneOut(self.camera)
+            at_first.look(observation.time_s, self._first, evidence.keypoints)
+            self.points_off_m = float(at_first.median_off_m[0])
         if self.is_alone:
             return
         self._show(len(self.points) - 1, observation.index or 0, evidence)
@@ -133,8 +137,8 @@ class _Watched:
         for row, (time_s, keypoints) in enumerate(self.points):
             means = {name: table[name][row][0] for name in KEY_JOINTS}
             trunk.look(time_s, means, keypoints)
-            if self.is_alone:
-                points.look(time_s, means, keypoints)
+            points.look(time_s, means, keypoints)
+        self.points_astray_m = points.median_off_m
         seen = points.reasons() if self.is_alone else self.borne_out.reasons()
         moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
         for words, of_distance in zip(seen, moved, strict=True):
@@ -243,6 +247,7 @@ def _assemble(
         on_person=np.array(watched.on_person),
         head_off_m=watched.head_off_m,
         points_off_m=watched.points_off_m,
+        points_astray_m=found.rows(watched.points_astray_m),
         shown=watched.shown,
         stage_s=stage_s,
         lost=found.lost,

@@ -72,6 +72,9 @@ HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
 POINTS_OFF_M = 0.10
 POINTS_ON_M = 0.05
 """Keypoints may lie so far from the first pose; right ones do by 3 cm at most: nearer ones bear it out."""
+POINTS_ASTRAY_M = 0.3
+ASTRAY_SHARE = 0.1
+"""Nor may they lie so far from the track in so many of the frames."""
 
 LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
@@ -232,6 +235,13 @@ def _of_body(track: BodyTrack) -> tuple[str, ...]:
         return (
             f"{where}: at the first frame the keypoints of the arms lie {100 * track.points_off_m:.0f} cm beside the "
             f"first pose, expected at most {100 * POINTS_OFF_M:.0f} cm: check the first pose, the camera, and size_px",
+        )
+    astray = np.flatnonzero(track.points_astray_m > POINTS_ASTRAY_M)
+    if len(astray) > ASTRAY_SHARE * len(track.time_s):
+        return (
+            f"{where}: in {len(astray)} frames, first in frame {astray[0]}, the keypoints of the arms lie "
+            f"{np.median(track.points_astray_m[astray]):.1f} m beside the person who is tracked: does the detector "
+            "follow somebody else there, or has the track left the person?",
         )
     if not len(track.on_person):
         return ()
