@@ -230,6 +230,27 @@ def test_a_thousand_frames_a_second_are_all_kept() -> None:
     assert len(_merge([time_s, time_s + 1e-4], [track, track], [{}, {}]).time_s) == count
 
 
+@pytest.mark.parametrize("is_given", [True, False])
+def test_an_imu_that_starts_late_knows_no_start(simulated: Path, tmp_path: Path, is_given: bool) -> None:
+    """The first frame's start was taken to hold where tracking starts: 6 to 15 cm off, and half of it in the bands."""
+    folder = shutil.copytree(simulated, tmp_path / "late")
+    head, *rows = (folder / "imu.csv").read_text("utf-8").splitlines()
+    (folder / "imu.csv").write_text("\n".join([head, *rows[len(rows) // 4 :]]) + "\n", "utf-8")
+    if not is_given:
+        path = folder / "recording.toml"
+        lines = [line for line in path.read_text("utf-8").split("[truth]")[0].splitlines() if "wrist_start" not in line]
+        path.write_text("\n".join(lines) + "\n", "utf-8")
+    recording = load_arm(folder)
+    assert recording.spreads["position_start_sd_m"] == 0.3
+    (said,) = recording.warnings
+    assert "the frames before are not tracked, and where the wrist is when tracking starts is not known" in said
+    track = pt.track(recording, pt.Smooth())
+    scores = pt.evaluate(track, load_arm(simulated).truth).joints["wrist"]
+    assert scores.median_m < (0.08 if is_given else 0.16)  # of two seconds, and the bands know
+    assert min(scores.coverage) > 0.8
+    assert "before the first IMU sample" in track.reason[0]
+
+
 def test_a_camera_of_another_size_is_said(simulated: Path, tmp_path: Path) -> None:
     camera = pt.Camera(matrix=((1400.0, 0, 640.0), (0, 1400.0, 480.0), (0, 0, 1)))
     (words,) = camera.off_middle((640, 480))

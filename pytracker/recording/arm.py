@@ -29,6 +29,8 @@ SLACK_S = 0.1
 
 START_FROM_RAY = {"position_start_sd_m": 0.15, "velocity_start_sd": 0.3}
 """How well the first wrist is known where only the patch's ray and the arm's reach tell it, m and m/s."""
+LATE_START = {"position_start_sd_m": 0.3, "velocity_start_sd": 0.3}
+"""The same where the IMU starts after the first frame: somewhere about the shoulder. 5 s late, 2 to 11 cm (6 to 15)."""
 LEAST_PX = 0.5
 """No detector is better."""
 WRIST_KEYPOINT_M = 0.012
@@ -48,9 +50,12 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
     overlap_warnings = _check_overlap(views, imu) + _uncovered(folder, entry, views) + _off_middle(path, views)
     truth, truth_warnings = (None, []) if entry.truth is None else load_truth(folder, path, entry.truth, entry.arm)
-    start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth)
+    is_late = imu.time_s[0] > views[0].start_s + SLACK_S
+    start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth, is_late=is_late)
     for number, view in enumerate(views):
-        check_start(f"{path}: camera[{number}]", entry.arm, start, view, imu)
+        if imu.time_s[0] <= view.start_s + SLACK_S:
+            check_start(f"{path}: camera[{number}]", entry.arm, start, view, imu)
+    start_sds = LATE_START if is_late else START_FROM_RAY if start_warnings else {}
     arm = Arm(
         shoulder_m=entry.arm.shoulder_m,
         upper_arm_m=entry.arm.upper_arm_m,
@@ -71,7 +76,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         landmarks=tuple(joint for joint in LANDMARKS if any(_sees(view, joint) for view in views)),
         upper_arm_sd_rad=_upper_arm_sd_rad(entry.imu),
         truth=truth,
-        spreads=_by_keypoints(views, arm) | _spreads(entry) | (START_FROM_RAY if start_warnings else {}),
+        spreads=_by_keypoints(views, arm) | _spreads(entry) | start_sds,
         folder=folder,
         files=(path, *(folder / name for name in names if name is not None), *detected),
         warnings=(
@@ -192,7 +197,7 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
         if imu.time_s[0] > start + SLACK_S:
             warnings.append(
                 f"{view.video}: the IMU starts {imu.time_s[0] - start:.3f} s after the first frame; the frames before "
-                "are not tracked, and the wrist's start is taken to hold where tracking starts"
+                "are not tracked, and where the wrist is when tracking starts is not known"
             )
         if imu.time_s[-1] < end - SLACK_S:
             warnings.append(

@@ -57,14 +57,22 @@ def _first_pixel(view: View, side: str) -> tuple[Array, float]:
     return pixel, 0.0
 
 
-def wrist_start(path: Path, arm: ArmEntry, view: View, imu: Imu, truth: Truth | None) -> tuple[Triple, list[str]]:
-    """As given, else from truth at the first frame, else where the patch's ray meets the arm sphere."""
+def wrist_start(
+    path: Path, arm: ArmEntry, view: View, imu: Imu, truth: Truth | None, *, is_late: bool
+) -> tuple[Triple, list[str]]:
+    """As given, else from truth at the first frame, else where the patch's ray meets the arm sphere.
+
+    Of an IMU that starts late nothing of the first frame holds: the upper arm hangs, where no start is given.
+    """
     if arm.wrist_start_m is not None:
         return arm.wrist_start_m, []
     if truth is not None:
         start = truth.at("wrist", np.array([max(view.start_s, imu.time_s[0])]))[0]
         if np.isfinite(start).all():
             return triple(start), []
+    if is_late:
+        elbow = np.array(arm.shoulder_m) - np.array([0.0, 0.0, arm.upper_arm_m])
+        return triple(elbow - rotate(imu.q_world_segment[0], np.array([0.0, arm.forearm_m, 0.0]))), []
     return _start_from_ray(path, arm, view, imu)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import re
 from collections import Counter
 
 import numpy as np
@@ -200,7 +201,8 @@ def unbelieved(track: Track) -> tuple[str, ...]:
 
     Empty where all are, or a few were only not seen.
     """
-    counts = Counter(words for reason in track.reason if reason for words in reason.split("; "))
+    said = (words for reason in track.reason if reason for words in reason.split("; "))
+    counts = Counter(re.sub(r" for [\d.]+ s$", "", words) for words in said)
     bad = int((~track.valid).sum())
     if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in ARM_DOUBTS)):
         return ()
