@@ -19,7 +19,7 @@ from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoint_models import MODELS, name_of
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
-from pytracker.recording.keypoints import in_pixels
+from pytracker.recording.keypoints import in_pixels, uncovered, without_repeats
 from pytracker.rotation import Array
 
 INFO = VideoInfo(width=640, height=480, frame_count=3, rate_hz=30.0)
@@ -243,3 +243,53 @@ def test_a_column_that_counts_frames_is_read(tmp_path: Path) -> None:
 def test_shares_of_the_picture_are_told(tmp_path: Path) -> None:
     assert plain(tmp_path / "a.csv", ["0.2,0.3,0.4,0.5", "0.2,0.3,0.41,0.5"]).is_share
     assert not plain(tmp_path / "b.csv", ["20,30,40,50", "20,30,41,50"]).is_share
+
+
+@pytest.mark.parametrize(
+    ("start", "step", "unit", "expected"),
+    [
+        (0, 1, "time", [0, 1, 2, 3]),  # ms at 59 a second of a video of 60
+        (15, 1, "time", [15, 16, 17, 18]),
+        (0, 2, "time_s", [0, 2, 4, 6]),
+        (4, 2, "timestamp_us", [4, 6, 8, 10]),
+    ],
+)
+def test_a_column_of_times_says_which_frames(
+    tmp_path: Path, start: int, step: int, unit: str, expected: list[int]
+) -> None:
+    """Rows were counted from the first: of keypoints that began late, or of every second frame, all were off."""
+    per_s = {"time": 1000 / 59, "time_s": 1 / 60, "timestamp_us": 1e6 / 60}[unit]
+    rows = [f"{per_s * (start + step * k)},{100.5 + k},{90 + k}" for k in range(4)]
+    (tmp_path / "k.csv").write_text("\n".join([f"{unit},left_wrist_x,left_wrist_y", *rows]) + "\n")
+    found = read_keypoints(tmp_path / "k.csv")
+    info = VideoInfo(320, 240, 20, 60.0)
+    assert in_pixels(tmp_path / "k.csv", found, tmp_path / "v.mp4", info).frames.tolist() == expected
+
+
+@pytest.mark.parametrize("column", [[1.7e9 + k for k in range(4)], [0.0, 0.1, 0.1, 0.2], [0.0, 0.01, 0.024, 0.041]])
+def test_times_that_are_none_of_the_videos_count_nothing(tmp_path: Path, column: list[float]) -> None:
+    rows = [f"{time},{100.5 + k},{90 + k}" for k, time in enumerate(column)]
+    (tmp_path / "k.csv").write_text("\n".join(["time,left_wrist_x,left_wrist_y", *rows]) + "\n")
+    found = read_keypoints(tmp_path / "k.csv")
+    info = VideoInfo(320, 240, 20, 60.0)
+    assert in_pixels(tmp_path / "k.csv", found, tmp_path / "v.mp4", info).frames.tolist() == [0, 1, 2, 3]
+
+
+def test_keypoints_that_were_held_are_left_out() -> None:
+    """A detector that hung: wrists were 41 cm off, and valid."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform(0.0, 100.0, (40, 1, len(KEYPOINTS), 3))
+    points[13:30] = points[12]
+    points[35:37] = points[34]
+    kept, said = without_repeats(Path("k.csv"), Keypoints(np.arange(40), points))
+    assert np.isnan(kept.points[13:30]).all()
+    assert np.isfinite(kept.points[[*range(13), *range(30, 40)]]).all()
+    assert "in 17 frames the keypoints repeat" in said[0]
+    assert "longest in frames 13 to 29" in said[0]
+    assert without_repeats(Path("k.csv"), Keypoints(np.arange(40), np.rint(points)))[1] == ()
+
+
+def test_keypoints_of_every_second_frame_are_told() -> None:
+    points = np.zeros((60, 1, len(KEYPOINTS), 3))
+    (said,) = uncovered(Path("k.csv"), Keypoints(np.arange(60), points), VideoInfo(320, 240, 121, 60.0))
+    assert "of every 2. frame (a column frame says which)?" in said

@@ -35,6 +35,12 @@ __all__ = ["Keypoints", "read_keypoints"]
 
 FRAME = re.compile(r"frame([ _]?(id|index|no|nr|number))?#?")
 """A column that counts frames."""
+TIME = re.compile(r"time(stamp)?([ _(\[]*(s|sec|ms|us|ns)[)\]]?)?")
+"""A column of their times."""
+UNITS_S = ((0.5, 1.0), (500.0, 1e-3), (5e5, 1e-6), (np.inf, 1e-9))
+"""Frames that are less than so far apart are in this unit, s: no detector is slower than two a second."""
+LONGEST_S = 24 * 3600.0
+"""Times that begin later are those of a clock, not of the video."""
 LARGEST_SHARE = 1.5
 """Of a picture's width or height; a point may lie somewhat outside."""
 MOST_PEOPLE = 64
@@ -52,11 +58,13 @@ class Keypoints:
         points: of each person u, v and confidence `(T, P, 9, 3)`, in the order of `KEYPOINTS`; px, pixel centres at
             integers, or shares of the picture; NaN where a joint was not seen.
         is_share: whether u and v are shares of the picture's width and height.
+        time_s: time of every row since the video began `(T,)`, s; None where the file has none, or counts frames.
     """
 
     frames: NDArray[np.int64]
     points: Array
     is_share: bool = False
+    time_s: Array | None = None
 
 
 def read_keypoints(path: Path | str, model: str = "auto") -> Keypoints:
@@ -212,14 +220,23 @@ def _table(path: Path) -> Keypoints:
         raise InputError(f"{path}:1: header names no joint, expected such as left_wrist_x and left_wrist_y")
     is_mediapipe = any(cell.startswith("X_") for cell in cells)
     table = _cells(path, lines, 1, len(cells))
-    counts = [
-        k for k, cell in enumerate(cells) if re.fullmatch(r"frame([ _]?(id|index|no|nr|number))?#?", cell.lower())
-    ]
+    counts, times = ([k for k, cell in enumerate(cells) if of.fullmatch(cell.lower())] for of in (FRAME, TIME))
     frames = _frames(path, table[:, counts[0]]) if counts else np.arange(len(table), dtype=np.int64)
+    time_s = _times(table[:, times[0]]) if times and not counts else None
     places = table[:, [k for k, joint, axis in named if axis != "confidence"]]
     # No person is one pixel large.
     is_share = is_mediapipe or bool(np.nanmax(np.abs(places), initial=0.0) <= LARGEST_SHARE)
-    return dataclasses.replace(_from_columns(path, table, named, joints, is_share=is_share), frames=frames)
+    found = _from_columns(path, table, named, joints, is_share=is_share)
+    return dataclasses.replace(found, frames=frames, time_s=time_s)
+
+
+def _times(column: Array) -> Array | None:
+    """Seconds, whichever unit they are in; None where they do not increase, or are those of a clock."""
+    steps = np.diff(column)
+    if not len(steps) or not np.isfinite(column).all() or not (steps > 0).all() or column[0] < 0:
+        return None
+    unit_s = next(unit for limit, unit in UNITS_S if np.median(steps) < limit)
+    return None if column[0] * unit_s > LONGEST_S else np.asarray(column * unit_s)
 
 
 def _frames(path: Path, column: Array) -> NDArray[np.int64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
 from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import files_of, first_seen, load_keypoints, uncovered
+from pytracker.recording.keypoints import files_of, first_seen, load_keypoints, uncovered, without_repeats
 from pytracker.recording.recording import UPPER_ARM_SD_RAD, Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import ArmFile, CameraEntry, ImuEntry
 from pytracker.recording.upper_arm import upper_arm_imu
@@ -48,7 +49,8 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     mount = np.array(entry.imu[0].mount)
     mount /= np.linalg.norm(mount)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
-    overlap_warnings = _check_overlap(views, imu) + _uncovered(folder, entry, views) + _off_middle(path, views)
+    views, of_keypoints = _detected(folder, entry, views)
+    overlap_warnings = _check_overlap(views, imu) + of_keypoints + _off_middle(path, views)
     truth, truth_warnings = (None, []) if entry.truth is None else load_truth(folder, path, entry.truth, entry.arm)
     is_late = imu.time_s[0] > views[0].start_s + SLACK_S
     start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth, is_late=is_late)
@@ -172,13 +174,18 @@ def _off_middle(path: Path, views: tuple[View, ...]) -> list[str]:
     return found
 
 
-def _uncovered(folder: Path, entry: ArmFile, views: tuple[View, ...]) -> list[str]:
-    """A word on keypoints that are not of all of their video."""
-    found: list[str] = []
+def _detected(folder: Path, entry: ArmFile, views: tuple[View, ...]) -> tuple[tuple[View, ...], list[str]]:
+    """The views without keypoints that were held; a word on those, and on keypoints of a part of their video."""
+    found: list[View] = []
+    words: list[str] = []
     for camera, view in zip(entry.camera, views, strict=True):
-        if camera.keypoints is not None and view.keypoints is not None and view.video is not None:
-            found += uncovered(folder / camera.keypoints, view.keypoints, video.probe(view.video))
-    return found
+        if camera.keypoints is None or view.keypoints is None or view.video is None:
+            found.append(view)
+            continue
+        kept, said = without_repeats(folder / camera.keypoints, view.keypoints)
+        found.append(dataclasses.replace(view, keypoints=kept))
+        words += [*uncovered(folder / camera.keypoints, kept, video.probe(view.video)), *said]
+    return tuple(found), words
 
 
 def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:

@@ -18,7 +18,7 @@ from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import alone, files_of, uncovered
+from pytracker.recording.keypoints import alone, files_of, uncovered, without_repeats
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
@@ -58,6 +58,10 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
             counted, said = alone(keypoints, view.keypoints)
             view = dataclasses.replace(view, keypoints=counted)
             warnings += said
+        assert view.keypoints is not None
+        kept, said = without_repeats(keypoints, view.keypoints)
+        view = dataclasses.replace(view, keypoints=kept)
+        warnings += said
     imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
     warnings += said
     if truth is not None and entry.truth is not None:

@@ -6,18 +6,23 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.rotation import Array
 
-__all__ = ["files_of", "first_seen", "in_pixels", "load_keypoints", "tallest", "uncovered"]
+__all__ = ["files_of", "first_seen", "in_pixels", "load_keypoints", "tallest", "uncovered", "without_repeats"]
 
 OUTSIDE = 0.25
 """More points outside the picture, and they are of another."""
 SPARSE = 0.2
 """Of keypoints alone so many of the frames must be there: a stray file is not a day of frames."""
+IRREGULAR = 0.3
+"""Times that lie farther beside whole frames, as a share of one, are of no steady rate."""
+REPEATS = 10
+"""So many frames in a row that hold the same points were not looked at one by one."""
 COVERED = 0.9
 """Fewer frames than this share of the video's, and something is missing."""
 
@@ -44,12 +49,15 @@ def alone(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]
 
 def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:
     """A word where keypoints end long before their video, or begin long after it."""
-    first, last = int(keypoints.frames[0]), int(keypoints.frames[-1])
+    first, last, rows = int(keypoints.frames[0]), int(keypoints.frames[-1]), len(keypoints.frames)
     if not info.frame_count or last - first + 1 >= COVERED * info.frame_count:
         return ()
+    every = round(info.frame_count / rows)
+    skips = every > 1 and last - first + 1 == rows and abs(info.frame_count - every * rows) <= every
+    why = f"of every {every}. frame (a column frame says which)" if skips else "another clip's, or cut short"
     return (
         f"{path}: the keypoints are of frames {first} to {last}, and the video has {info.frame_count}; the others are "
-        "tracked without: another clip's, or cut short?",
+        f"tracked without: {why}?",
     )
 
 
@@ -79,7 +87,7 @@ def files_of(path: Path) -> list[Path]:
 
 def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) -> Keypoints:
     """The same in px of `video`, frames counted from 0. Raises `InputError` where they cannot be of this video."""
-    points, frames = keypoints.points.copy(), keypoints.frames
+    points, frames = keypoints.points.copy(), _frames(keypoints, info)
     if keypoints.is_share:
         points[..., :2] = points[..., :2] * [info.width, info.height] - 0.5
     seen = points[np.isfinite(points[..., 0])]
@@ -97,3 +105,44 @@ def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
             f"{path}: has frame {frames[-1]}, expected below the {info.frame_count} frames of {video}: another clip?"
         )
     return Keypoints(frames, points)
+
+
+def _frames(keypoints: Keypoints, info: VideoInfo) -> NDArray[np.int64]:
+    """Of which frames of a video they are: by their times, where these are regular, else one by one."""
+    if keypoints.time_s is None or not info.rate_hz:
+        return keypoints.frames
+    interval_s = float(np.median(np.diff(keypoints.time_s)))
+    # Their clock need not be the video's: a detector's rate is one that somebody typed.
+    every = max(1, round(interval_s * info.rate_hz))
+    counts = keypoints.time_s / interval_s
+    if np.abs(counts - np.rint(counts)).max() > IRREGULAR:
+        return keypoints.frames
+    return np.asarray(every * np.rint(counts), dtype=np.int64)
+
+
+def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:
+    """The same without rows that repeat the row before to the last digit, again and again; and a word on them.
+
+    Whole pixels may stay the same where somebody stands still.
+    """
+    rows = keypoints.points.reshape(len(keypoints.points), -1)
+    is_seen = np.asarray(np.isfinite(rows).any(axis=1))
+    same = np.zeros(len(rows), dtype=bool)
+    same[1:] = ((rows[1:] == rows[:-1]) | (np.isnan(rows[1:]) & np.isnan(rows[:-1]))).all(axis=1) & is_seen[1:]
+    places = keypoints.points[..., :2]
+    if not same.any() or bool(np.all(places[np.isfinite(places)] == np.rint(places[np.isfinite(places)]))):
+        return keypoints, ()
+    starts = np.flatnonzero(same & ~np.concatenate([[False], same[:-1]]))
+    ends = np.flatnonzero(same & ~np.concatenate([same[1:], [False]]))
+    long = [(a, b) for a, b in zip(starts, ends, strict=True) if b - a + 1 >= REPEATS]
+    if not long:
+        return keypoints, ()
+    points = keypoints.points.copy()
+    for a, b in long:
+        points[a : b + 1] = np.nan
+    a, b = max(long, key=lambda run: run[1] - run[0])
+    words = (
+        f"{path}: in {sum(b - a + 1 for a, b in long)} frames the keypoints repeat those of the frame before to the "
+        f"last digit, longest in frames {keypoints.frames[a]} to {keypoints.frames[b]}: held, not seen, and left out"
+    )
+    return dataclasses.replace(keypoints, points=points), (words,)
