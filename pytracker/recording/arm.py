@@ -9,6 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
+from pytracker.formats.video_steady import camera_moves
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
 from pytracker.recording.camera import Camera
@@ -192,6 +193,8 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
     warnings = []
     for view in views:
         assert view.video is not None
+        if moves := camera_moves(view.video):
+            warnings.append(f"{view.video}: {moves}")
         info = video.probe(view.video)
         start = view.start_s
         # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.

@@ -13,6 +13,7 @@ from pytracker._core import InputError
 from pytracker.formats import video
 from pytracker.formats.asf import read_asf
 from pytracker.formats.toml_file import parse_toml
+from pytracker.formats.video_steady import camera_moves
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
@@ -77,6 +78,8 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     if entry.initial is not None and entry.initial.angles is not None:
         inputs = fingerprint(skeleton, view, camera_entry.focal_sd or 0.0)
         warnings += _changed(folder / entry.initial.angles, inputs)
+    if view.video is not None and (moves := camera_moves(view.video)):
+        warnings += (f"{view.video}: {moves}",)
     warnings += _cropped(path, view, camera_entry.focal_sd or 0.0)
     if isinstance(view.camera, Camera):
         warnings += tuple(f"{path}: camera[0].{words}" for words in view.camera.off_middle(view.size_px))

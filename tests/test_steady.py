@@ -1,0 +1,63 @@
+"""A camera that is bumped or held by hand is told; people who move before one that stands are not."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.formats.video import frames
+from pytracker.formats.video_steady import camera_moves
+
+
+def filmed_anew(video: Path, to: Path, beside_px: Callable[[int], tuple[float, float]]) -> Path:
+    """The same video by a camera that shows everything so far beside, frame by frame."""
+    images = [frame.image for frame in frames(video)]
+    height, width = images[0].shape[:2]
+    writer = cv2.VideoWriter(str(to), cv2.VideoWriter.fourcc(*"MJPG"), 25.0, (width, height))
+    for k, image in enumerate(images):
+        u, v = beside_px(k)
+        turn = np.array([[1.0, 0.0, u], [0.0, 1.0, v]])
+        writer.write(cv2.warpAffine(image, turn, (width, height), borderMode=cv2.BORDER_REPLICATE))
+    writer.release()
+    return to
+
+
+@pytest.mark.parametrize(
+    "beside_px",
+    [
+        lambda k: (0.0 if k < 40 else 30.0, 0.0),
+        lambda k: (8 * np.sin(k / 10), 5 * np.cos(k / 13)),
+        lambda k: (0.0, 0.1 * k),
+    ],
+    ids=["bumped", "by hand", "sinks"],
+)
+def test_a_camera_that_moves_is_told(
+    simulated: Path, tmp_path: Path, beside_px: Callable[[int], tuple[float, float]]
+) -> None:
+    """40 px halfway: wrists were 9 cm off with bands that held half of it, and nothing said so."""
+    folder = shutil.copytree(simulated, tmp_path / "moves")
+    filmed_anew(simulated / "video.mp4", folder / "moves.avi", beside_px)
+    path = folder / "recording.toml"
+    path.write_text(path.read_text("utf-8").replace("video.mp4", "moves.avi"), "utf-8")
+    said = [words for words in pt.load(folder).warnings if "the camera moves: at" in words]
+    assert len(said) == 1
+    assert "px beside where it was at first" in said[0]
+
+
+def test_a_camera_that_stands_still_is_not(simulated: Path, simulated_body: Path, tmp_path: Path) -> None:
+    for folder in (simulated, simulated_body):
+        assert camera_moves(folder / "video.mp4") == ""
+    again = filmed_anew(simulated / "video.mp4", tmp_path / "again.avi", lambda k: (0.0, 0.0))
+    assert camera_moves(again) == ""
+
+
+def test_of_people_before_cameras_on_stands_nothing_is_said(shared: Callable[[str], Path]) -> None:
+    videos = [*shared("data/people/gestures").glob("*.avi"), *shared("data/video/asl").glob("*.mkv")]
+    assert len(videos) > 20
+    assert [video.name for video in videos if camera_moves(video)] == []
