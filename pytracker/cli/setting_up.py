@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -37,7 +38,7 @@ def init(
     path = begin(
         out, video=video, imu=imu, keypoints=keypoints, truth=truth, camera=known, camera_name=camera, force=force
     )
-    say(f"wrote {path}; next: pytracker check {out}", quiet=False)
+    say(f"wrote {path}; next: pytracker check {shlex.quote(str(out))}", quiet=False)
 
 
 @commands.command("keypoints")
