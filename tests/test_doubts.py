@@ -91,6 +91,18 @@ def test_on_a_circle_a_clock_that_is_off_is_found_by_the_default_itself() -> Non
         assert pt.evaluate(track, track.recording.truth).joints["wrist"].rms_m < 0.06
 
 
+def test_a_mirrored_picture_is_told() -> None:
+    """Front cameras of phones mirror: it was told as a heading."""
+    for seed in (40, 41, 42):
+        simulation = ArmSimulation(pt.ArmScene(pattern="gesture", worn=True, duration_s=12.0), seed)
+        recording = simulation.recording()
+        pixels = simulation.sightings(4.0) * [-1.0, 1.0] + [2.0 * recording.views[0].camera.matrix[0][2], 0.0]
+        sightings = Sightings.of(simulation.frame_time_s, np.ascontiguousarray(pixels))
+        (doubt,) = pt.doubts(pt.track(recording, pt.Mixture(), sightings=sightings))
+        assert "agree better with the picture mirrored" in doubt
+        assert "check the video's left and right" in doubt
+
+
 def test_of_worn_recordings_that_are_right_nothing_is_said() -> None:
     for seed, pattern in enumerate(("circle", "rectangle", "reach", "gesture"), start=60):
         simulation = ArmSimulation(pt.ArmScene(pattern=pattern, worn=True), seed)

@@ -21,7 +21,7 @@ from pytracker.rotation import Array
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.found import found_by
-from pytracker.tracking.suspects import suspects
+from pytracker.tracking.suspects import MIRRORED, suspects
 from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track
 from pytracker.tracking.upper_arm import of_upper_arm
@@ -33,7 +33,7 @@ PROBE = Mixture(components=1)
 
 HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15)
 """Its log evidence is the arm's length's too, which a heading contradicts most; and any living arm somewhat."""
-HELD_SUSPECTS = ("heading_deg", "offset_s")
+HELD_SUSPECTS = ("heading_deg", "offset_s", MIRRORED)
 
 LOST = -1e3
 SETTLED_S = 0.5
@@ -84,8 +84,8 @@ LEAST_ON_PERSON = 0.6
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
-    An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`suspects`): heading,
-    clock, mount, lengths, shoulder, camera; by `PROBE`, heading and clock by `HELD` too. Where it was smoothed,
+    An arm's first `MOST_FRAMES` frames are tracked again under other descriptions (`suspects`): heading, clock, mount,
+    lengths, shoulder, camera, a mirrored picture; by `PROBE`, some of them by `HELD` too. Where it was smoothed,
     lengths, shoulder and cameras should be what they are said to be. Where nothing of this was said, its elbow should
     hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. A
     body's key joints should have foreground about them, and its head be where the person's is.
@@ -135,7 +135,9 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> t
     for probe, tried, certain in ((HELD, held, certain_held), (PROBE, list(suspects()), CERTAIN)):
         method = dataclasses.replace(probe, pixel_sd=pixel_sd)
         base = _log_evidence(recording, sightings, method)
-        gains = [(s, _gain(_log_evidence(s.change(recording), sightings, method) - base)) for s in tried]
+        gains = [
+            (s, _gain(_log_evidence(s.change(recording), s.see(recording, sightings), method) - base)) for s in tried
+        ]
         best, gain = max(gains, key=lambda found: found[1])
         if gain < certain:
             continue

@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pytracker.evidence.sightings import Sightings
 from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion, triple
 
-__all__ = ["Suspect", "suspects"]
+__all__ = ["MIRRORED", "Suspect", "suspects"]
 
 HEADINGS_DEG = (-170.0, -90.0, -40.0, -20.0, -10.0, 10.0, 20.0, 40.0, 90.0)
 OFFSETS_S = (-0.8, -0.4, -0.2, -0.1, 0.1, 0.2, 0.4, 0.8)
@@ -28,6 +29,7 @@ LENGTHS = (0.8, 0.9, 1.1, 1.2)
 SHOULDER_M = (-0.2, -0.1, 0.1, 0.2)
 FOCALS = (0.8, 0.9, 0.95, 1.05, 1.1, 1.2)
 TURNS_DEG = (-10.0, -4.0, -1.5, 1.5, 4.0, 10.0)
+MIRRORED = "the video's left and right"
 DISTANCES_M = (-0.4, -0.2, 0.2, 0.4)
 
 
@@ -39,11 +41,13 @@ class Suspect:
         kind: what is suspected, in words.
         words: what would put it right.
         change: the recording as it would then be.
+        see: what is seen as it would then be.
     """
 
     kind: str
     words: str
-    change: Callable[[ArmRecording], ArmRecording]
+    change: Callable[[ArmRecording], ArmRecording] = lambda recording: recording
+    see: Callable[[ArmRecording, Sightings], Sightings] = lambda _, sightings: sightings
 
 
 def suspects() -> Iterator[Suspect]:
@@ -83,6 +87,7 @@ def _of_camera() -> Iterator[Suspect]:
     for metres in DISTANCES_M:
         words = f"the camera {abs(100 * metres):g} cm {'farther' if metres > 0 else 'nearer'}"
         yield Suspect("camera's distance", words, _cameras(_farther(metres)))
+    yield Suspect(MIRRORED, "the picture mirrored, as phones film who films themselves", see=_mirrored)
 
 
 def _imu(change: Callable[[Imu], Imu]) -> Callable[[ArmRecording], ArmRecording]:
@@ -169,3 +174,9 @@ def _farther(metres: float) -> Callable[[Camera], Camera]:
         return dataclasses.replace(camera, translation_m=(x, y, z + metres))
 
     return apply
+
+
+def _mirrored(recording: ArmRecording, sightings: Sightings) -> Sightings:
+    """Left for right, about the principal point, which is about the middle."""
+    pixels = sightings.pixels * [-1.0, 1.0] + [2.0 * recording.views[0].camera.matrix[0][2], 0.0]
+    return dataclasses.replace(sightings, pixels=np.ascontiguousarray(pixels))
