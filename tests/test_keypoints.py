@@ -266,6 +266,19 @@ def test_a_column_of_times_says_which_frames(
     assert in_pixels(tmp_path / "k.csv", found, tmp_path / "v.mp4", info).frames.tolist() == expected
 
 
+def test_times_may_be_rounded_and_their_rate_mistyped(tmp_path: Path) -> None:
+    def frames(step_ms: float, count: int) -> list[int]:
+        rows = [f"{round(step_ms * k)},{100.5 + k},90" for k in range(count)]
+        (tmp_path / "k.csv").write_text("\n".join(["time,left_wrist_x,left_wrist_y", *rows]) + "\n")
+        found = read_keypoints(tmp_path / "k.csv")
+        info = VideoInfo(640, 480, 300, 60.0)
+        return [int(frame) for frame in in_pixels(tmp_path / "k.csv", found, tmp_path / "v.mp4", info).frames]
+
+    assert frames(1000 / 60, 200) == list(range(200))
+    assert frames(1000 / 30, 140) == list(range(0, 280, 2))
+    assert frames(1000 / 30, 300) == list(range(300))  # all of the frames, at a rate that somebody typed
+
+
 @pytest.mark.parametrize("column", [[1.7e9 + k for k in range(4)], [0.0, 0.1, 0.1, 0.2], [0.0, 0.01, 0.024, 0.041]])
 def test_times_that_are_none_of_the_videos_count_nothing(tmp_path: Path, column: list[float]) -> None:
     rows = [f"{time},{100.5 + k},{90 + k}" for k, time in enumerate(column)]

@@ -48,6 +48,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     camera_entry = entry.camera[0]
     skeleton, skeleton_file = skeleton_of(folder, path, entry.skeleton)
     view = view_of(folder, path, camera_entry)
+    inputs = fingerprint(skeleton, view, camera_entry.focal_sd or 0.0)
     truth, poses, warnings = load_truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
@@ -76,7 +77,6 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
             up=entry.truth.up or "y",
         )
     if entry.initial is not None and entry.initial.angles is not None:
-        inputs = fingerprint(skeleton, view, camera_entry.focal_sd or 0.0)
         warnings += _changed(folder / entry.initial.angles, inputs)
     if view.video is not None and (moves := camera_moves(view.video)):
         warnings += (f"{view.video}: {moves}",)

@@ -111,13 +111,15 @@ def _frames(keypoints: Keypoints, info: VideoInfo) -> NDArray[np.int64]:
     """Of which frames of a video they are: by their times, where these are regular, else one by one."""
     if keypoints.time_s is None or not info.rate_hz:
         return keypoints.frames
-    interval_s = float(np.median(np.diff(keypoints.time_s)))
+    steps = np.diff(keypoints.time_s)
+    interval_s = float(np.mean(steps[steps < 1.5 * np.median(steps)]))  # times are often rounded
     # Their clock need not be the video's: a detector's rate is one that somebody typed.
     every = max(1, round(interval_s * info.rate_hz))
     counts = keypoints.time_s / interval_s
     if np.abs(counts - np.rint(counts)).max() > IRREGULAR:
         return keypoints.frames
-    return np.asarray(every * np.rint(counts), dtype=np.int64)
+    frames = np.asarray(every * np.rint(counts), dtype=np.int64)
+    return keypoints.frames if info.frame_count and frames[-1] > info.frame_count else frames
 
 
 def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:
