@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -119,6 +120,23 @@ def test_a_page_is_made_of_what_was_found(
     assert "Edges and skin" in render_body_page(bodies, of_bodies, has_overlay=False)
     assert "Effective sample size" in render_arm_page(arms, of_arms, has_overlay=False)
     write_metadata(tmp_path / "metadata.json", of_arms)
+
+
+def test_what_speaks_against_a_track_stands_above_it_and_by_its_method(tracks: list[pt.Track]) -> None:
+    """Warnings were below all figures, and another method's as if they were of the recording."""
+    contents = contents_of(tracks)
+    others = [(), ("shared",), ("shared", "of this one"), ()]
+    arms = [track for track in tracks if isinstance(track, ArmTrack)]
+    said = dataclasses.replace(contents, doubts=[("shared",), *others[1:]])
+    page = render_arm_page(arms, said, has_overlay=False)
+    before, after = page.split("<h2>Comparison</h2>")
+    assert "<h2>Warnings</h2>" in before
+    assert before.count("<li>shared</li>") == 1
+    assert "of this one" not in before
+    assert f"<li>{contents.labels[2]}: of this one</li>" in after
+    assert "shared" not in after
+    none = dataclasses.replace(contents, doubts=[()] * len(tracks))
+    assert "speaks against the other methods" not in render_arm_page(arms, none, has_overlay=False)
 
 
 @pytest.fixture(scope="module")

@@ -83,6 +83,27 @@ def test_what_a_trunk_does_is_told(moved: dict[str, Array], words: str) -> None:
     assert said(rows, rows) == ""
 
 
+def test_hips_at_the_pictures_edge_are_no_step_nearer() -> None:
+    """A trunk that looks longer and narrower: 66 % of the frames of a real clip were lost to it."""
+    rows = poses(60)
+    points = points_of(rows)
+    hips = [KEYPOINTS.index(f"{side}_hip") for side in ("left", "right")]
+    shoulders = [KEYPOINTS.index(f"{side}_shoulder") for side in ("left", "right")]
+    late = slice(30, None)
+    neck, root = (points[late][..., corners, :2].mean(axis=-2, keepdims=True) for corners in (shoulders, hips))
+    points[late, :, hips, :2] += 0.1 * (root - neck)
+    longer = points.copy()
+    points[late, :, shoulders, :2] = neck + 0.85 * (points[late, :, shoulders, :2] - neck)
+    joints = {name: at[0] for name, at in SKELETON.joints(rows).items()}
+    last = []
+    for seen in (longer, points):
+        looked = TrunkSeen(CAMERA)
+        for frame, people in enumerate(seen):
+            looked.look(frame / RATE_HZ, joints, people)
+        last.append(looked.reasons()[-1])
+    assert last == ["comes nearer than is tracked", ""]
+
+
 def test_frames_without_points_say_nothing() -> None:
     looked = TrunkSeen(CAMERA)
     joints = {name: at[0] for name, at in SKELETON.joints(poses(1)).items()}

@@ -127,6 +127,21 @@ def test_a_camera_of_another_world_is_told(simulated: Path, tmp_path: Path) -> N
     assert "its world's x axis is up in the picture, and an arm is in a world whose z axis is" in found.evidence
 
 
+def test_of_a_steep_camera_nothing_is_concluded(simulated: Path, tmp_path: Path) -> None:
+    """From 53° down on a level axis was taken to be up, and a right rotation was to be turned."""
+    draft = Draft(shutil.copytree(simulated, tmp_path / "arm"))
+    s, c = np.sin(np.radians(60.0)), np.cos(np.radians(60.0))
+    draft.set("camera.rotation", np.array([[1.0, 0.0, 0.0], [0.0, -s, -c], [0.0, c, -s]]).tolist())
+    draft.save()
+    (found,) = check_up(draft)
+    assert found.verdict == "cannot be told"
+    assert "whether the z axis of its world is up" in found.evidence
+    known = tmp_path / "camera.toml"
+    known.write_text(f"rotation = {draft.get('camera.rotation')}\n")
+    path = init(tmp_path / "new", video=simulated / "video.mp4", imu=simulated / "imu.csv", camera=known)
+    assert "not turned, the camera looks up, down or askew: z is to be up here" in path.read_text()
+
+
 def test_points_are_joints_by_how_they_are_called() -> None:
     names = ["RHip", "LHip", "R_Shoulder", "left elbow", "subject:RWrist", "Nose", "RSHO"]
     assert markers_of(names, "body") == {

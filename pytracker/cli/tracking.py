@@ -23,6 +23,7 @@ from pytracker.evidence import sight
 from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method
 from pytracker.output import check_target, whole_folder, write_whole
+from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
 from pytracker.report.labels import HELD
 from pytracker.report.tables import plain, read_run, read_track
@@ -203,7 +204,8 @@ def report(
     with frames_bar(quiet) as progress:
         tracks = track_all(recording, chosen, seed, progress)
         pt.write_report(tracks, out, force=force, progress=progress)
-    warn(tuple(dict.fromkeys(warning for result in tracks for warning in pt.doubts(result))))
+    contents = contents_of(tracks)
+    warn((*contents.doubts[0], *(f"{label}: {words}" for label, words in contents.doubts_of_others)))
     if recording.truth is not None:
         print_comparison(tracks, quiet)
     say(f"report: {out / 'index.html'}", quiet)

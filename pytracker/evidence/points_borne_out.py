@@ -36,9 +36,9 @@ class PointsBorneOut:
     def look(self, time_s: float, joints: Mapping[str, Array], keypoints: Array | None) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and the points of everyone in it `(P, 9, 3)`, px."""
         self._time_s.append(time_s)
-        self._off_m.append(self.off_m(joints, keypoints))
+        self._off_m.append(self._apart_m(joints, keypoints))
 
-    def off_m(self, joints: Mapping[str, Array], keypoints: Array | None) -> list[float]:
+    def _apart_m(self, joints: Mapping[str, Array], keypoints: Array | None) -> list[float]:
         """How far each of `LIMBS` is from its point across the picture, m; NaN where it is not seen.
 
         Of several people the one whose points are nearest.

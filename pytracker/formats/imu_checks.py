@@ -17,7 +17,6 @@ __all__ = ["check"]
 
 RATE_TOLERANCE = 0.05
 GAP_INTERVALS = 1.5
-MILLI = 1000.0
 SLOWEST_S = 0.2
 JUMP_S = 600.0
 
@@ -73,7 +72,7 @@ def _check_times(log: ImuLog) -> list[str]:
     if usual > SLOWEST_S:
         raise InputError(
             f"{log.path}: samples are {usual:g} s apart, expected at most {SLOWEST_S} s: are the times in "
-            f"{'micro' if usual > MILLI * SLOWEST_S else 'milli'}seconds?"
+            f"{'micro' if usual > 1000 * SLOWEST_S else 'milli'}seconds?"
         )
     rate = log.rate_hz
     if rate is not None and abs(usual * rate - 1) > RATE_TOLERANCE:

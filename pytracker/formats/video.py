@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.container import missing_bytes
 
-__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "frames", "probe"]
+__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "frames", "glimpses", "probe"]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
@@ -134,6 +134,24 @@ def frames(path: Path | str) -> Iterator[Frame]:
             f"{path}: decoding stopped after frame {index - 1} at {last_s:.3f} s, expected {promised:.0f} frames "
             f"({duration_s:.3f} s): the file is cut short or damaged"
         )
+
+
+def glimpses(path: Path, count: int) -> Iterator[Frame]:
+    """The first frame and `count` others spread over the whole video, each at about its time, without the rest.
+
+    Fewer where it is shorter, or the container cannot find them. Raises `InputError` as `probe`.
+    """
+    capture = _open(path)
+    try:
+        promised, rate_hz = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
+        for index in np.unique(np.linspace(0, max(promised - 1, 0), count + 1).astype(int)).tolist():
+            if index:
+                capture.set(cv2.CAP_PROP_POS_FRAMES, float(index))
+            ok, image = capture.read()
+            if ok:
+                yield Frame(index, index / rate_hz if rate_hz > 0 else 0.0, _bgr(image))
+    finally:
+        capture.release()
 
 
 def _bgr(image: Any) -> Image:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.formats.video import probe
+from pytracker.formats.video import Image, glimpses
 
 __all__ = ["camera_moves"]
 
@@ -31,40 +31,25 @@ MOST = 0.005
 
 def camera_moves(video: Path) -> str:
     """In words from when on and by how much; empty where it stood still, or nothing tells. Raises `InputError`."""
-    probe(video)
-    capture = cv2.VideoCapture(str(video))
-    try:
-        capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 1)
-        count, rate_hz = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
-        ok, image = capture.read()
-        if not ok or count < LOOKS:
-            return ""
-        scale = min(1.0, LONGER_PX / max(image.shape[:2]))
-        first = _small(image, scale)
-        found = cv2.goodFeaturesToTrack(first, CORNERS, 0.01, 7)
-        corners = np.asarray([] if found is None else found, dtype=np.float32).reshape(-1, 1, 2)
-        if not len(corners):
-            return ""
-        for frame in np.linspace(0, count - 1, LOOKS + 1)[1:].astype(int):
-            capture.set(cv2.CAP_PROP_POS_FRAMES, float(frame))
-            ok, image = capture.read()
-            if not ok:
-                continue
-            moved = _moved(first, _small(image, scale), corners)
-            if moved > MOST * max(first.shape):
-                when = f"at {frame / rate_hz:.1f} s" if rate_hz > 0 else f"in frame {frame}"
-                return (
-                    f"the camera moves: {when} what is at both edges of the picture is {moved / scale:.0f} px beside "
-                    "where it was at first, and the camera is taken to stand still: everything is off by as much"
-                )
-    finally:
-        capture.release()
+    looks = glimpses(video, LOOKS)
+    image = next(looks).image
+    scale = min(1.0, LONGER_PX / max(image.shape[:2]))
+    first = _small(image, scale)
+    found = cv2.goodFeaturesToTrack(first, CORNERS, 0.01, 7)
+    corners = np.asarray([] if found is None else found, dtype=np.float32).reshape(-1, 1, 2)
+    for frame in looks if len(corners) else ():
+        moved = _moved(first, _small(frame.image, scale), corners)
+        if moved > MOST * max(first.shape):
+            return (
+                f"the camera moves: at {frame.time_s:.1f} s what is at both edges of the picture is "
+                f"{moved / scale:.0f} px beside where it was at first, and the camera is taken to stand still: "
+                "everything is off by as much"
+            )
     return ""
 
 
-def _small(image: cv2.typing.MatLike, scale: float) -> cv2.typing.MatLike:
-    gray = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
-    return cv2.resize(gray, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+def _small(image: Image, scale: float) -> cv2.typing.MatLike:
+    return cv2.resize(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 
 
 def _moved(first: cv2.typing.MatLike, other: cv2.typing.MatLike, corners: NDArray[np.float32]) -> float:

@@ -14,7 +14,7 @@ from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
 from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import files_of, first_seen, load_keypoints, uncovered, without_repeats
+from pytracker.recording.keypoints import files_of, first_seen, load_keypoints, of_video
 from pytracker.recording.recording import UPPER_ARM_SD_RAD, Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import ArmFile, CameraEntry, ImuEntry
 from pytracker.recording.upper_arm import upper_arm_imu
@@ -183,9 +183,9 @@ def _detected(folder: Path, entry: ArmFile, views: tuple[View, ...]) -> tuple[tu
         if camera.keypoints is None or view.keypoints is None or view.video is None:
             found.append(view)
             continue
-        kept, said = without_repeats(folder / camera.keypoints, view.keypoints)
+        kept, said = of_video(folder / camera.keypoints, view.keypoints, video.probe(view.video))
         found.append(dataclasses.replace(view, keypoints=kept))
-        words += [*uncovered(folder / camera.keypoints, kept, video.probe(view.video)), *said]
+        words += said
     return tuple(found), words
 
 

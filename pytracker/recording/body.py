@@ -19,7 +19,7 @@ from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import alone, files_of, uncovered, without_repeats
+from pytracker.recording.keypoints import alone, files_of, of_video, without_repeats
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
@@ -52,18 +52,8 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     truth, poses, warnings = load_truth(folder, path, entry.truth, skeleton) if entry.truth else (None, None, ())
     initial = _initial(folder, path, entry.initial, skeleton, view, truth, poses)
     _check_in_view(path, skeleton, initial, view)
-    if view.keypoints is not None and camera_entry.keypoints is not None:
-        keypoints = folder / camera_entry.keypoints
-        if view.video is not None:
-            warnings += uncovered(keypoints, view.keypoints, video.probe(view.video))
-        else:
-            counted, said = alone(keypoints, view.keypoints)
-            view = dataclasses.replace(view, keypoints=counted)
-            warnings += said
-        assert view.keypoints is not None
-        kept, said = without_repeats(keypoints, view.keypoints)
-        view = dataclasses.replace(view, keypoints=kept)
-        warnings += said
+    view, said = _detected(folder, camera_entry.keypoints, view)
+    warnings += said
     imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
     warnings += said
     if truth is not None and entry.truth is not None:
@@ -78,11 +68,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
         )
     if entry.initial is not None and entry.initial.angles is not None:
         warnings += _changed(folder / entry.initial.angles, inputs)
-    if view.video is not None and (moves := camera_moves(view.video)):
-        warnings += (f"{view.video}: {moves}",)
-    warnings += _cropped(path, view, camera_entry.focal_sd or 0.0)
-    if isinstance(view.camera, Camera):
-        warnings += tuple(f"{path}: camera[0].{words}" for words in view.camera.off_middle(view.size_px))
+    warnings += _of_camera(path, view, camera_entry.focal_sd or 0.0)
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
     names += [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
     names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
@@ -115,16 +101,34 @@ def _changed(file: Path, inputs: str) -> tuple[str, ...]:
     )
 
 
-def _cropped(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
-    """A word where a focal length is guessed, of a picture that no camera takes."""
+def _detected(folder: Path, named: str | None, view: BodyView) -> tuple[BodyView, tuple[str, ...]]:
+    """The view without keypoints that were held, counted from 0 where they stand alone; and what is odd about them."""
+    if named is None or view.keypoints is None:
+        return view, ()
+    file = folder / named
+    if view.video is not None:
+        kept, said = of_video(file, view.keypoints, video.probe(view.video))
+        return dataclasses.replace(view, keypoints=kept), said
+    counted, late = alone(file, view.keypoints)
+    kept, said = without_repeats(file, counted)
+    return dataclasses.replace(view, keypoints=kept), (*late, *said)
+
+
+def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
+    """Words on a camera that moves, one whose focal length is guessed of a cut picture, and one of another size."""
+    words = []
+    if view.video is not None and (moves := camera_moves(view.video)):
+        words.append(f"{view.video}: {moves}")
     width, height = view.size_px
-    if focal_sd < GUESSED or max(width, height) > SQUARE * min(width, height):
-        return ()
-    return (
-        f"{path}: the picture is {width} x {height} px, which is a part of what a camera took, and the focal length is "
-        "guessed from it as of a whole one: distances and what lies towards the camera may be wrong by half; take the "
-        "uncut video, or calibrate the camera",
-    )
+    if focal_sd >= GUESSED and max(width, height) <= SQUARE * min(width, height):
+        words.append(
+            f"{path}: the picture is {width} x {height} px, which is a part of what a camera took, and the focal "
+            "length is guessed from it as of a whole one: distances and what lies towards the camera may be wrong by "
+            "half; take the uncut video, or calibrate the camera"
+        )
+    if isinstance(view.camera, Camera):
+        words += [f"{path}: camera[0].{odd}" for odd in view.camera.off_middle(view.size_px)]
+    return tuple(words)
 
 
 def _spreads(entry: InitialEntry | None) -> dict[str, float]:

@@ -19,17 +19,18 @@ HEAD = "# Found from the keypoints of the first frame: bone_dof = degrees, root_
 PLACES = ("# From ", ", as ")
 STAMP = "# From {inputs}, as {content}: check --write finds it again where camera, height or keypoints change.\n"
 """Fingerprints of what it was found from and of the lines that follow."""
+BESIDE = "/"
 FRAMES = 5
 """From so many of the keypoints' first frames it is found."""
 
 
 def fingerprint(skeleton: Skeleton, view: BodyView, focal_sd: float) -> str:
-    """Of what a first pose is found from: skeleton, camera, keypoints of the first frames."""
+    """Of what a first pose is found from: skeleton and camera, and the first keypoints where there are any."""
     camera = [np.ravel(value).tolist() for value in dataclasses.asdict(view.camera).values()]
-    points = [] if view.keypoints is None else _rounded(view.keypoints.points[:FRAMES])
     bones = [bone.reach_m for bone in skeleton.bones]
-    text = json.dumps([[_rounded(np.array(row, dtype=float)) for row in (*camera, *bones)], points, focal_sd])
-    return _short(text)
+    seen_by = _short(json.dumps([[_rounded(np.array(row, dtype=float)) for row in (*camera, *bones)], focal_sd]))
+    points = "" if view.keypoints is None else _short(json.dumps(_rounded(view.keypoints.points[:FRAMES])))
+    return f"{seen_by}{BESIDE}{points}"
 
 
 def lines_of(values: dict[str, float], inputs: str) -> str:
@@ -45,9 +46,12 @@ def is_as_found(file: Path) -> bool:
 
 
 def is_stale(file: Path, inputs: str) -> bool:
-    """Whether it is as it was found, from something else than `inputs`."""
+    """Whether it is as it was found, from something else than `inputs`; without keypoints it is of the same ones."""
     found = _stamp(file)
-    return found is not None and found[1] == found[2] and found[0] != inputs
+    if found is None or found[1] != found[2]:
+        return False
+    (camera, points), (camera_now, points_now) = found[0].split(BESIDE)[:2], inputs.split(BESIDE)
+    return camera != camera_now or (bool(points_now) and points != points_now)
 
 
 def _stamp(file: Path) -> tuple[str, str, str] | None:
@@ -58,6 +62,8 @@ def _stamp(file: Path) -> tuple[str, str, str] | None:
     if len(lines) < 2 or not lines[1].startswith(PLACES[0]) or PLACES[1] not in lines[1]:
         return None
     inputs, _, content = lines[1].removeprefix(PLACES[0]).partition(PLACES[1])
+    if BESIDE not in inputs:
+        return None
     return inputs, content.partition(":")[0], _short("".join(lines[2:]))
 
 

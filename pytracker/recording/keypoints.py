@@ -13,7 +13,16 @@ from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.rotation import Array
 
-__all__ = ["files_of", "first_seen", "in_pixels", "load_keypoints", "tallest", "uncovered", "without_repeats"]
+__all__ = [
+    "files_of",
+    "first_seen",
+    "in_pixels",
+    "load_keypoints",
+    "of_video",
+    "tallest",
+    "uncovered",
+    "without_repeats",
+]
 
 OUTSIDE = 0.25
 """More points outside the picture, and they are of another."""
@@ -120,6 +129,12 @@ def _frames(keypoints: Keypoints, info: VideoInfo) -> NDArray[np.int64]:
         return keypoints.frames
     frames = np.asarray(every * np.rint(counts), dtype=np.int64)
     return keypoints.frames if info.frame_count and frames[-1] > info.frame_count else frames
+
+
+def of_video(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[Keypoints, tuple[str, ...]]:
+    """Those of a video that were not held; a word on those that were, and where they are of a part of it."""
+    kept, said = without_repeats(path, keypoints)
+    return kept, (*uncovered(path, kept, info), *said)
 
 
 def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:

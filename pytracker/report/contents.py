@@ -36,6 +36,12 @@ class Contents:
     trivial: Scores | None
     doubts: Sequence[tuple[str, ...]]
 
+    @property
+    def doubts_of_others(self) -> list[tuple[str, str]]:
+        """Label and words of what speaks against other tracks than the first, and not against that one."""
+        others = zip(self.labels[1:], self.doubts[1:], strict=True)
+        return [(label, words) for label, said in others for words in said if words not in self.doubts[0]]
+
 
 def contents_of(tracks: Sequence[Track]) -> Contents:
     """Of these tracks. Raises `InputError` for none, or for several recordings'."""

@@ -62,9 +62,8 @@ def render(
         figures=figures,
         has_overlay=has_overlay,
         lost=_lost(main),
-        warnings=dict.fromkeys(
-            (*unbelieved(main), *main.recording.warnings, *(doubt for said in contents.doubts for doubt in said))
-        ),
+        warnings=dict.fromkeys((*unbelieved(main), *main.recording.warnings, *contents.doubts[0])),
+        doubts_of_others=contents.doubts_of_others,
         parameters=[
             (label, track.seed, track.method.parameters()) for label, track in zip(labels, tracks, strict=True)
         ],

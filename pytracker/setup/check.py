@@ -80,7 +80,7 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
     if write and changes:
         for finding in found:
             for name, text in finding.files.items():
-                write_whole(draft.folder / name, text, force=True)
+                write_whole(draft.folder / name, text)
         for place, value in changes.items():
             draft.set(place, value)
         draft.save()

@@ -48,7 +48,10 @@ def check_body(draft: Draft) -> list[Finding]:
     is_changed = (
         inputs is not None and draft.get("initial.angles") == INITIAL and is_stale(draft.folder / INITIAL, inputs)
     )
-    if not is_changed and (draft.get("initial.angles") is not None or draft.get("initial.frame") is not None):
+    if is_changed and view is not None and view.keypoints is None:
+        words = "was found with another camera or height than these: camera.keypoints are needed to find it again"
+        found.append(Finding("first pose", "doubtful", words))
+    elif not is_changed and (draft.get("initial.angles") is not None or draft.get("initial.frame") is not None):
         found.append(Finding("first pose", "right", "is given; how it stands on the person is said below"))
     elif str(draft.get("truth.file") or "").endswith(".amc"):
         found.append(Finding("first pose", "right", "is the truth's own"))
