@@ -153,12 +153,14 @@ pub enum Error {
         time_s: f64,
     },
     /// Any of the others, at a known observation of a recording.
-    #[error("{what} {index}: {source}")]
+    #[error("{what} {index}{of}: {source}")]
     At {
         /// `frame`, `IMU sample` or `orientation`.
         what: &'static str,
-        /// Its number, from 0.
+        /// Its number, from 0, among those of its source.
         index: usize,
+        /// Of which source, in words, where there may be several; else empty.
+        of: String,
         /// What went wrong there.
         source: Box<Error>,
     },

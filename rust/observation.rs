@@ -2,10 +2,11 @@
 
 use crate::arm::cues::landmark::Landmark;
 use crate::body::Picture;
-use crate::body::cues::orientation::Orientation;
+use crate::body::cues::orientation::{Orientation, Segment};
 use crate::quaternion::Quaternion;
 use nalgebra::{Vector2, Vector3};
 use serde::{Deserialize, Serialize};
+use std::fmt;
 use std::sync::Arc;
 
 /// One IMU sample.
@@ -53,11 +54,37 @@ impl What {
     }
 }
 
+/// Who observed: each source numbers its own observations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The IMU on an arm's forearm.
+    Forearm,
+    /// An IMU on a segment, of a body or of an arm besides the forearm's.
+    Worn(Segment),
+    /// A camera, by its number.
+    Camera(usize),
+    /// All cameras of an arm, which see a frame together.
+    Cameras,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Forearm => f.write_str("forearm"),
+            Self::Worn(segment) => f.write_str(segment.name()),
+            Self::Camera(number) => write!(f, "camera[{number}]"),
+            Self::Cameras => f.write_str("cameras"),
+        }
+    }
+}
+
 /// An observation at its time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observation {
     /// Recording time, s.
     pub time_s: f64,
+    /// Who observed.
+    pub source: Source,
     /// Its number among those of its source, from 0, for messages; none where nobody counted.
     pub index: Option<usize>,
     /// What was observed.
@@ -67,27 +94,31 @@ pub struct Observation {
 impl Observation {
     /// Of an IMU on the forearm.
     pub fn inertial(sample: Sample) -> Self {
-        Self { time_s: sample.time_s, index: None, what: What::Inertial(sample) }
+        Self::new(sample.time_s, Source::Forearm, What::Inertial(sample))
     }
 
     /// Where a camera saw shoulder or elbow of an arm.
     pub fn landmark(time_s: f64, landmark: Landmark) -> Self {
-        Self { time_s, index: None, what: What::Landmark(landmark) }
+        Self::new(time_s, Source::Camera(landmark.camera), What::Landmark(landmark))
     }
 
     /// A frame: where each camera saw the patch.
     pub fn patch(time_s: f64, pixels: Vec<Option<Vector2<f64>>>) -> Self {
-        Self { time_s, index: None, what: What::Patch(pixels) }
+        Self::new(time_s, Source::Cameras, What::Patch(pixels))
     }
 
     /// How a segment that wears an IMU is turned.
     pub fn orientation(time_s: f64, orientation: Orientation) -> Self {
-        Self { time_s, index: None, what: What::Orientation(orientation) }
+        Self::new(time_s, Source::Worn(orientation.segment), What::Orientation(orientation))
     }
 
     /// A frame: what a body's camera shows.
     pub fn picture(time_s: f64, picture: Arc<Picture>) -> Self {
-        Self { time_s, index: None, what: What::Picture(picture) }
+        Self::new(time_s, Source::Camera(0), What::Picture(picture))
+    }
+
+    fn new(time_s: f64, source: Source, what: What) -> Self {
+        Self { time_s, source, index: None, what }
     }
 
     /// The same with its number among those of its source.

@@ -322,10 +322,14 @@ impl Tracker {
     }
 }
 
-/// With the number of the observation, where it has one.
+/// With the number of the observation, where it has one, and its source, where several may number such things.
 fn numbered(error: Error, observation: &Observation) -> Error {
+    let of = match (observation.source, &observation.what) {
+        (source, What::Orientation(_) | What::Landmark(_)) => format!(" of {source}"),
+        _ => String::new(),
+    };
     match observation.index {
-        Some(index) => Error::At { what: observation.what.name(), index, source: Box::new(error) },
+        Some(index) => Error::At { what: observation.what.name(), index, of, source: Box::new(error) },
         None => error,
     }
 }

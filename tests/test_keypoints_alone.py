@@ -47,7 +47,9 @@ def test_keypoints_alone_are_tracked(sensed: Path, tmp_path: Path) -> None:
     (video,) = (finding for finding in check(folder).findings if finding.what == "video")
     assert (video.verdict, video.evidence[:13]) == ("cannot be told", "there is none")
     assert pt.record_cycle(recording, pt.Partitioned(), 1, frame=40).frame == 40
-    with pytest.raises(pt.InputError, match="BodyPlain weighs by edges, blobs and the recording has keypoints alone"):
+    with pytest.raises(
+        pt.InputError, match="BodyPlain weighs by what a video shows and the recording has keypoints alone"
+    ):
         pt.track(recording, pt.BodyPlain())
     with pytest.raises(pt.InputError, match="BodyPlain weighs by"):
         pt.record_cycle(recording, pt.BodyPlain(), 1, frame=40)

@@ -6,6 +6,9 @@ import heapq
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import singledispatch
+from operator import attrgetter
+from typing import TypeVar
 
 import numpy as np
 
@@ -25,14 +28,29 @@ A forearm turns within itself, which the state does not hold.
 """
 
 
+Evidence = TypeVar("Evidence", Sightings, Senses)
+
+AT_ONCE = 1000
+"""Samples of an arm's sensor that are made together."""
+
+
+@singledispatch
 def read_evidence(recording: Recording, progress: Progress | None = None) -> Sightings | Senses:
     """What has to be known before the first observation: an arm's patch in the videos, a body's background."""
-    if isinstance(recording, ArmRecording):
-        return sight(recording, progress=progress)
-    assert isinstance(recording, BodyRecording)
+    raise NotImplementedError(f"evidence of a {type(recording).__name__}")
+
+
+@read_evidence.register
+def _(recording: ArmRecording, progress: Progress | None = None) -> Sightings:
+    return sight(recording, progress=progress)
+
+
+@read_evidence.register
+def _(recording: BodyRecording, progress: Progress | None = None) -> Senses:
     return senses_of(recording)
 
 
+@singledispatch
 def observations(recording: Recording, evidence: Sightings | Senses | None = None) -> Iterator[Observation]:
     """What was observed, in order of time; of the same time a sensor's sample before a frame.
 
@@ -41,20 +59,24 @@ def observations(recording: Recording, evidence: Sightings | Senses | None = Non
     not grow with its length. Raises `InputError` for evidence of another kind, for sensor times that do not increase,
     and where no frame comes after the first sample.
     """
-    evidence = read_evidence(recording) if evidence is None else evidence
-    if isinstance(recording, ArmRecording) and isinstance(evidence, Sightings):
-        return _of_arm(recording, evidence)
-    if isinstance(recording, BodyRecording) and isinstance(evidence, Senses):
-        return _of_body(recording, evidence)
-    found = {Sightings: "sightings", Senses: "senses"}.get(type(evidence), type(evidence).__name__)
-    wanted = "sightings" if recording.kind == "arm" else "senses"
-    raise InputError(f"{found} are given for a recording of kind {recording.kind!r}, expected {wanted}")
+    raise NotImplementedError(f"observations of a {type(recording).__name__}")
 
 
 Recording.observer = staticmethod(observations)
 
 
-def _of_arm(recording: ArmRecording, sightings: Sightings) -> Iterator[Observation]:
+def _given(evidence: Sightings | Senses | None, recording: Recording, expected: type[Evidence]) -> Evidence:
+    """What is given, or what the recording has. Raises `InputError` for another kind's."""
+    evidence = read_evidence(recording) if evidence is None else evidence
+    if isinstance(evidence, expected):
+        return evidence
+    found, wanted = (cls.__name__.lower() for cls in (type(evidence), expected))
+    raise InputError(f"{found} are given for a recording of kind {recording.kind!r}, expected {wanted}")
+
+
+@observations.register
+def _(recording: ArmRecording, evidence: Sightings | Senses | None = None) -> Iterator[Observation]:
+    sightings = _given(evidence, recording, Sightings)
     imu = recording.imus[0]
     _check_times("IMU sample", imu.time_s)
     _check_times("frame", sightings.time_s)
@@ -68,14 +90,21 @@ def _of_arm(recording: ArmRecording, sightings: Sightings) -> Iterator[Observati
             f"first IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
         )
     first = int(np.argmax(covered))
-    every = Observation.inertials(imu.time_s, imu.acc, imu.q_world_segment, imu.gyr)
-    for worn in recording.imus[1:]:
-        every += _worn(worn, recording.upper_arm_sd_rad)
-    for landmarks in sightings.landmarks:
-        every += _of_landmarks(landmarks, sightings.time_s, first)
-    every += Observation.patches(sightings.time_s[first:], sightings.pixels[first:], first)
-    in_order = np.argsort([observation.time_s for observation in every], kind="stable")
-    return (every[k] for k in in_order.tolist())
+    return heapq.merge(
+        _inertials(imu),
+        *(_worn(worn, recording.upper_arm_sd_rad) for worn in recording.imus[1:]),
+        *(_of_landmarks(landmarks, sightings.time_s, first) for landmarks in sightings.landmarks),
+        Observation.patches(sightings.time_s[first:], sightings.pixels[first:], first),
+        key=attrgetter("time_s"),
+    )
+
+
+def _inertials(imu: Imu) -> Iterator[Observation]:
+    """Every sample, in stretches that are made as they are needed."""
+    for first in range(0, len(imu.time_s), AT_ONCE):
+        some = slice(first, first + AT_ONCE)
+        gyr = None if imu.gyr is None else imu.gyr[some]
+        yield from Observation.inertials(imu.time_s[some], imu.acc[some], imu.q_world_segment[some], gyr, first)
 
 
 def _check_landmarks(recording: ArmRecording, sightings: Sightings) -> None:
@@ -103,9 +132,11 @@ def _check_times(what: str, time_s: Array) -> None:
         raise InputError(f"{what} {k} has time {time_s[k]} s after {time_s[k - 1]} s, expected increasing times")
 
 
-def _of_body(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
+@observations.register
+def _(recording: BodyRecording, evidence: Sightings | Senses | None = None) -> Iterator[Observation]:
+    senses = _given(evidence, recording, Senses)
     worn = [_worn(imu, sd_rad) for imu, sd_rad in zip(recording.imus, recording.imu_sds_rad, strict=True)]
-    return heapq.merge(*worn, _ahead(recording, senses), key=lambda observation: observation.time_s)
+    return heapq.merge(*worn, _ahead(recording, senses), key=attrgetter("time_s"))
 
 
 def _worn(imu: Imu, sd_rad: float) -> Iterator[Observation]:

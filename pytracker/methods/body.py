@@ -127,6 +127,11 @@ class BodyMethod(Method):
         """The channels that are tracked."""
         return self.free or UPPER_BODY
 
+    @property
+    def needs_picture(self) -> bool:
+        """Whether nothing that it weighs by comes from elsewhere."""
+        return "keypoints" not in self.cues
+
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them."""
         return [

@@ -67,6 +67,15 @@ class Method:
                 raise InputError(f"{type(self).__name__}.{field.name} is {value!r}, expected {expected}")
 
     @property
+    def needs_picture(self) -> bool:
+        """Whether it is of no use without a video, or what was found in one."""
+        return True
+
+    def layers_in_words(self) -> list[tuple[str, str]]:
+        """What moves the particles in each layer, and what weighs them. Raises `InputError` where there are none."""
+        raise InputError(f"{type(self).__name__} has no particles, expected a particle method")
+
+    @property
     def name(self) -> str:
         """The name that the command line knows it by."""
         return type(self).__name__.lower()

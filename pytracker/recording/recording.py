@@ -176,6 +176,11 @@ class Recording(ABC):
     def camera(self) -> WeakPerspective | Camera:
         """In whose picture and depth errors are taken apart."""
 
+    @property
+    def has_picture(self) -> bool:
+        """Whether there is a video, or what was found in one by colour."""
+        return True
+
     def observations(self, evidence: Any = None) -> Iterator[Observation]:
         """All that was observed, in order of time: see `pytracker.evidence.observations`."""
         return type(self).observer(self, evidence)
@@ -238,3 +243,8 @@ class BodyRecording(Recording):
     def camera(self) -> WeakPerspective | Camera:
         """Its camera."""
         return self.view.camera
+
+    @property
+    def has_picture(self) -> bool:
+        """Whether there is more than keypoints."""
+        return self.view.video is not None

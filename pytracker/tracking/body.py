@@ -12,7 +12,7 @@ from pytracker._core import KEY_JOINTS, InputError, Observation, Tracker, Tracki
 from pytracker.evidence.borne_out import BorneOut, head_off
 from pytracker.evidence.points_borne_out import PointsBorneOut
 from pytracker.evidence.senses import senses_of
-from pytracker.evidence.sightings import Progress
+from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen
@@ -95,7 +95,7 @@ class _Watched:
         self.points_off_m = float("nan")
         self.points_astray_m = np.zeros(0)
         self._shown: tuple[Shown, ...] = ()
-        self.is_alone = recording.view.video is None
+        self.is_alone = not recording.has_picture
         self.has_keypoints = recording.view.keypoints is not None
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
@@ -161,12 +161,14 @@ def track_body(
     method: BodyMethod,
     seed: int = 0,
     *,
+    sightings: Sightings | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
 ) -> BodyTrack:
-    """Track a body: see `pytracker.track`."""
+    """Track a body: see `pytracker.track`. Raises `InputError` where it is given an arm's sightings."""
+    if sightings is not None:
+        raise InputError("sightings are given for a body, expected them for an arm only")
     method = method.known_by(recording.spreads)
-    check_cues(recording, method)
     began = time.perf_counter()
     senses = senses_of(recording)
     background_s = time.perf_counter() - began
@@ -182,15 +184,6 @@ def track_body(
         loss.track = track
         raise loss
     return track
-
-
-def check_cues(recording: BodyRecording, method: BodyMethod) -> None:
-    """Raise `InputError` where the recording has nothing that the method weighs by."""
-    if recording.view.video is None and "keypoints" not in method.cues:
-        raise InputError(
-            f"{type(method).__name__} weighs by {', '.join(method.cues)} and the recording has keypoints alone, "
-            "expected a video, or a method with keypoints among its cues"
-        )
 
 
 def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Array) -> list[dict[str, str]]:

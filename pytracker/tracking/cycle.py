@@ -6,21 +6,20 @@ those of the track with the same method and seed, to the bit.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker._core import InputError, LayerRecord, Observation, Tracker
+from pytracker._core import InputError, LayerRecord, Observation, Tracker, TrackingError
 from pytracker.evidence.observations import read_evidence
 from pytracker.evidence.sightings import Progress, Sightings
-from pytracker.methods.arm import ParticleMethod
-from pytracker.methods.body import BodyMethod
 from pytracker.methods.method import Method
-from pytracker.recording.recording import BodyRecording, Recording
+from pytracker.recording.recording import Recording
 from pytracker.rotation import Array
-from pytracker.tracking.body import check_cues
+from pytracker.tracking.fits import check_fits
+from pytracker.tracking.follow import follow
 
 __all__ = ["Cloud", "Cycle", "CycleLayer", "record_cycle"]
 
@@ -105,13 +104,14 @@ def record_cycle(
     `sightings` (arm) are patch centres found before or elsewhere. Raises `InputError` for a method without particles or
     a frame that the recording does not have, and `TrackingError` where the track is lost before.
     """
+    check_fits(recording, method)
+    words = method.layers_in_words()
     tracker = Tracker(recording, method, seed)
-    if not isinstance(method, ParticleMethod | BodyMethod):
-        raise InputError(f"{type(method).__name__} has no particles, expected a particle method")
-    if isinstance(recording, BodyRecording) and isinstance(method, BodyMethod):
-        check_cues(recording, method)
     evidence = read_evidence(recording, progress) if sightings is None else sightings
-    observed = _up_to(frame, tracker, recording.observations(evidence), progress)
+    before = _Before(frame, recording.observations(evidence))
+    if lost := follow(tracker, before, progress=progress).lost:
+        raise TrackingError(lost)
+    observed = before.at
     states, weights = tracker.particles, tracker.weights
     estimate, records = tracker.observe_recorded(observed)
     after = tracker.particles
@@ -133,29 +133,42 @@ def record_cycle(
         seed=seed,
         frame=frame,
         time_s=observed.time_s,
-        layers=_layers(prior, records, method.layers_in_words(), places),
+        layers=_layers(prior, records, words, places),
         estimate_m={name: place.mean for name, place in estimate.places.items()},
         truth_m=_truth(recording, observed.time_s),
         pixels=np.array(pixels) if pixels else None,
     )
 
 
-def _up_to(frame: int, tracker: Tracker, source: Iterable[Observation], progress: Progress | None) -> Observation:
-    """The observation of a frame; the tracker has taken all before it."""
-    first, count = None, 0
-    for observation in source:
-        if observation.is_frame:
-            count = (observation.index or 0) + 1
-            first = count - 1 if first is None else first
-            if observation.index == frame:
-                return observation
-            if not first <= frame:
-                break
-            if progress is not None and count % 30 == 0:
-                progress("track", count)
-        tracker.observe(observation)
-    count += sum(observation.is_frame for observation in source)
-    raise InputError(f"frame is {frame}, expected {first or 0} to {count - 1}: the recording has {count} frames")
+class _Before:
+    """Observations before a frame; that of the frame itself is kept."""
+
+    def __init__(self, frame: int, source: Iterable[Observation]) -> None:
+        self._frame, self._source = frame, iter(source)
+        self._first: int | None = None
+        self._count = 0
+        self._at: Observation | None = None
+
+    def __iter__(self) -> Iterator[Observation]:
+        for observation in self._source:
+            if observation.is_frame:
+                self._count = (observation.index or 0) + 1
+                self._first = self._count - 1 if self._first is None else self._first
+                if observation.index == self._frame:
+                    self._at = observation
+                if observation.index == self._frame or self._first > self._frame:
+                    return
+            yield observation
+
+    @property
+    def at(self) -> Observation:
+        """Of the frame, once all before it were taken. Raises `InputError` where there is none."""
+        if self._at is None:
+            last = self._count + sum(observation.is_frame for observation in self._source) - 1
+            raise InputError(
+                f"frame is {self._frame}, expected {self._first or 0} to {last}: the recording has {last + 1} frames"
+            )
+        return self._at
 
 
 def _layers(

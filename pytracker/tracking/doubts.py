@@ -81,6 +81,7 @@ LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
 
 
+@functools.singledispatch
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
@@ -90,9 +91,12 @@ def doubts(track: Track) -> tuple[str, ...]:
     hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. A
     body's key joints should have foreground about them, and its head be where the person's is.
     """
-    if isinstance(track, ArmTrack):
-        return *(_of_arm_alone(track) or _of_elbow(track)), *of_upper_arm(track)
-    return _of_body(track) if isinstance(track, BodyTrack) else ()
+    return ()
+
+
+@doubts.register
+def _(track: ArmTrack) -> tuple[str, ...]:
+    return *(_of_arm_alone(track) or _of_elbow(track)), *of_upper_arm(track)
 
 
 def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
@@ -231,7 +235,8 @@ def _lies(track: BodyTrack) -> tuple[str, ...]:
     )
 
 
-def _of_body(track: BodyTrack) -> tuple[str, ...]:
+@doubts.register
+def _(track: BodyTrack) -> tuple[str, ...]:
     where = where_of(track.recording)
     if lies := _lies(track):
         return lies

@@ -72,8 +72,8 @@ def follow(
 ) -> Followed:
     """Let `tracker` take them in order of time, `at_once` frames a call.
 
-    Where the track is lost, frames are only counted from there on. Raises `InputError`, and `TrackingError` where no
-    frame was tracked.
+    Where the track is lost, frames are only counted from there on. Raises `InputError`, and `TrackingError` where it is
+    lost before any frame was tracked. Without any frame there is no table.
     """
     found = Followed()
     tables: list[dict[str, Any]] = []
@@ -96,10 +96,10 @@ def follow(
         if progress is not None and frames:
             progress("track", found.first + len(times))
     tables = [table for table in tables if len(table["time_s"])]
-    if not tables:
+    if found.lost and not tables:
         raise TrackingError(found.lost)
     found.time_s = np.array(times)
-    found.table = {name: np.concatenate([table[name] for table in tables]) for name in tables[0]}
+    found.table = {name: np.concatenate([table[name] for table in tables]) for name in (tables[0] if tables else ())}
     return found
 
 

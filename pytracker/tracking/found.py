@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import singledispatch
 
 import numpy as np
 
@@ -59,9 +60,15 @@ class Found:
         return f"differs by {self.change:+.3g} ± {self.sd:.2g} {self.unit}, known to ± {self.given_sd:.2g} {self.unit}"
 
 
+@singledispatch
 def found_by(track: Track) -> tuple[Found, ...]:
-    """What was estimated as constant; empty where the method does not smooth, or could not."""
-    if not isinstance(track, ArmTrack) or not isinstance(track.method, Smooth):
+    """What was estimated as constant: of an arm; empty where the method does not smooth, or could not."""
+    return ()
+
+
+@found_by.register
+def _(track: ArmTrack) -> tuple[Found, ...]:
+    if not isinstance(track.method, Smooth):
         return ()
     senses = len(track.recording.landmarks) + track.recording.has_upper_arm
     first = MOTION_COLUMNS + 3 * (track.method.offset + track.method.shoulder + senses)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from functools import singledispatch
 from typing import overload
 
-from pytracker._core import InputError
 from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.evidence.trunk import distance_changes
 from pytracker.methods.arm import ArmMethod, Smooth
@@ -14,18 +15,31 @@ from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
 from pytracker.skeleton.skeleton import UPPER_BODY
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack, track_body
+from pytracker.tracking.fits import check_fits
 
 __all__ = ["default_method", "track"]
 
+TRACKERS: Mapping[str, Callable[..., ArmTrack | BodyTrack]] = {"arm": track_arm, "body": track_body}
+"""By kind of recording."""
 
+
+@singledispatch
 def default_method(recording: Recording) -> Method:
     """The best for a recording that is there as a whole.
 
     A body is smoothed where keypoints or sensors say where its joints are: skin and outlines alone gain little by it.
     Where keypoints show that the person comes nearer or goes farther off, the distance is tracked too.
     """
-    if not isinstance(recording, BodyRecording):
-        return Smooth()
+    raise NotImplementedError(f"a method for a {type(recording).__name__}")
+
+
+@default_method.register
+def _(recording: ArmRecording) -> Method:
+    return Smooth()
+
+
+@default_method.register
+def _(recording: BodyRecording) -> Method:
     if recording.view.keypoints is None:
         return BodySmooth() if recording.imus else Partitioned()
     return BodySmooth(free=(*UPPER_BODY, "root_tz")) if distance_changes(recording) else BodySmooth()
@@ -84,12 +98,5 @@ def track(
     frame, when the track is lost beyond recovery; its `track` attribute then holds the frames before, where there are
     any.
     """
-    if isinstance(recording, ArmRecording) and isinstance(method, ArmMethod):
-        return track_arm(recording, method, seed, sightings=sightings, progress=progress, threads=threads)
-    if isinstance(recording, BodyRecording) and isinstance(method, BodyMethod):
-        if sightings is not None:
-            raise InputError("sightings are given for a body, expected them for an arm only")
-        return track_body(recording, method, seed, progress=progress, threads=threads)
-    raise InputError(
-        f"{type(method).__name__} tracks a recording of kind {method.kind!r}, this one is {recording.kind!r}"
-    )
+    check_fits(recording, method)
+    return TRACKERS[recording.kind](recording, method, seed, sightings=sightings, progress=progress, threads=threads)

@@ -116,15 +116,16 @@ impl Observation {
         Ok(Self { of, given: Some(evidence.unbind()) })
     }
 
-    /// Many samples of an arm's IMU, numbered: times `(M,)`, specific force `(M, 3)`, orientation `(M, 4)`, turn rate
+    /// Many samples of an arm's IMU, numbered from `first`: times `(M,)`, specific force `(M, 3)`, orientation `(M, 4)`, turn rate
     /// `(M, 3)` or `None`. Raises `InputError`.
     #[staticmethod]
-    #[pyo3(signature = (time_s, acc, q_world_sensor, gyr = None))]
+    #[pyo3(signature = (time_s, acc, q_world_sensor, gyr = None, first = 0))]
     fn inertials(
         time_s: PyReadonlyArray1<'_, f64>,
         acc: PyReadonlyArray2<'_, f64>,
         q_world_sensor: PyReadonlyArray2<'_, f64>,
         gyr: Option<PyReadonlyArray2<'_, f64>>,
+        first: usize,
     ) -> PyResult<Vec<Self>> {
         let (acc, q) = (rows::<3>("acc", &acc)?, rows::<4>("q_world_sensor", &q_world_sensor)?);
         let gyr = gyr.as_ref().map(|gyr| rows::<3>("gyr", gyr)).transpose()?;
@@ -133,7 +134,7 @@ impl Observation {
         if let Some(gyr) = &gyr {
             same_length("gyr", gyr.len(), &time_s)?;
         }
-        let one = |(i, &at): (usize, &f64)| Self::inertial(at, acc[i], q[i], gyr.as_ref().map(|gyr| gyr[i]), Some(i));
+        let one = |(i, &at): (usize, &f64)| Self::inertial(at, acc[i], q[i], gyr.as_ref().map(|gyr| gyr[i]), Some(first + i));
         Ok(time_s.as_array().iter().enumerate().map(one).collect())
     }
 
@@ -171,6 +172,12 @@ impl Observation {
         self.of.index
     }
 
+    /// Who observed it: `forearm` or another segment that wears an IMU, `camera[0]`, all `cameras` of an arm.
+    #[getter]
+    fn source(&self) -> String {
+        self.of.source.to_string()
+    }
+
     /// What it is: `IMU sample`, `landmark`, `orientation` or `frame`.
     #[getter]
     fn what(&self) -> &'static str {
@@ -199,6 +206,6 @@ impl Observation {
     }
 
     fn __repr__(&self) -> String {
-        format!("Observation({} at {:.3} s)", self.of.what.name(), self.of.time_s)
+        format!("Observation({} of {} at {:.3} s)", self.of.what.name(), self.of.source, self.of.time_s)
     }
 }

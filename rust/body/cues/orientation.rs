@@ -43,6 +43,16 @@ impl Segment {
         }
     }
 
+    /// As [`Segment::from_name`] takes it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::UpperArm(Group::LeftArm) => "left_upper_arm",
+            Self::UpperArm(_) => "right_upper_arm",
+            Self::Forearm(Group::LeftArm) => "left_forearm",
+            Self::Forearm(_) => "right_forearm",
+        }
+    }
+
     fn group(self) -> Group {
         match self {
             Self::UpperArm(group) | Self::Forearm(group) => group,
