@@ -132,10 +132,9 @@ def _one(
 
 def _error_m(result: Track) -> float | None:
     try:
-        scores = evaluate(result, result.recording.truth)
+        return evaluate(result, result.recording.truth).figure_m(result.judged_by)
     except InputError:
         return None
-    return scores.joints["wrist"].rms_m if result.recording.kind == "arm" else scores.average_m
 
 
 def _table(outcomes: Sequence[Outcome]) -> str:

@@ -139,6 +139,45 @@ def test_data_flows_the_way_that_the_package_says() -> None:
         assert not after[room] & set(stream[k + 1 :]), room
 
 
+def branches_on_the_kind(source: str) -> list[str]:
+    """Where a file asks whether it has an arm or a body; an assertion that narrows a type asks nothing."""
+    classes = re.compile(r"\b(Arm|Body)(Recording|Track|Scene|Method|File)\b")
+    found: list[str] = []
+    nodes: list[ast.AST] = [ast.parse(source)]
+    while nodes:
+        node = nodes.pop()
+        if isinstance(node, ast.Assert):
+            continue
+        nodes += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "issubclass"):
+            found += [ast.unparse(node)] if classes.search(ast.unparse(node.args[1])) else []
+        elif isinstance(node, ast.Compare):
+            sides = [node.left, *node.comparators]
+            found += [ast.unparse(node)] * any(
+                isinstance(s, ast.Constant) and s.value in ("arm", "body") for s in sides
+            )
+    return found
+
+
+@pytest.mark.parametrize(
+    ("source", "count"),
+    [
+        ('x = 1 if recording.kind == "arm" else 2', 1),
+        ("[t for t in tracks if isinstance(t, pt.BodyTrack | None)]", 1),
+        ("assert isinstance(recording, ArmRecording)", 0),
+        ('TABLES = {"arm": 1, "body": 2}', 0),
+    ],
+)
+def test_a_branch_on_the_kind_is_seen(source: str, count: int) -> None:
+    assert len(branches_on_the_kind(source)) == count
+
+
+def test_nothing_branches_on_the_kind() -> None:
+    """What differs is in the classes, dispatched on their types, or in tables by kind: a third would be added there."""
+    found = {path.relative_to(PACKAGE): branches_on_the_kind(path.read_text("utf-8")) for path in PACKAGE.rglob("*.py")}
+    assert not {path: asked for path, asked in found.items() if asked}
+
+
 def test_the_face_is_small() -> None:
     assert len(pt.__all__) <= 45
 

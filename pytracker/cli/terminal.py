@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rich.console import Console
@@ -74,7 +74,7 @@ def print_comparison(tracks: Sequence[pt.Track], quiet: bool) -> None:
     """What the papers print: Table I of Tao & Hu, or the average errors of Li & Kulić, in cm."""
     if quiet:
         return
-    make = _arm_table if tracks[0].recording.kind == "arm" else _body_table
+    make = TABLES[tracks[0].recording.kind]
     Console(width=None if sys.stdout.isatty() else 140).print(make(tracks), _joints_table(tracks[0]))
 
 
@@ -131,3 +131,7 @@ def _body_table(tracks: Sequence[pt.Track]) -> Table:
         each = [f"{100 * scores.joints[joint].average_m:.1f}" for joint in joints]
         table.add_row(name, f"{100 * scores.average_m:.1f} ± {100 * scores.average_sd_m:.1f}", *each)
     return table
+
+
+TABLES: Mapping[str, Callable[[Sequence[pt.Track]], Table]] = {"arm": _arm_table, "body": _body_table}
+"""By kind of recording."""

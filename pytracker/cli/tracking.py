@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -19,7 +19,7 @@ from pytracker.cli import parameters
 from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.cli.terminal import frames_bar, print_comparison
-from pytracker.evidence import sight
+from pytracker.evidence.observations import shared_sightings
 from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method
 from pytracker.output import check_target, whole_folder, write_whole
@@ -51,6 +51,8 @@ ARM_METHODS: tuple[Method, ...] = (
 BODY_SHOWN: tuple[BodyMethod, ...] = (pt.BodySmooth(), pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
 """Tuned on simulated bodies of other seeds than any that is reported."""
 
+SHOWN: Mapping[str, tuple[Method, ...]] = {"arm": ARM_METHODS, "body": BODY_SHOWN}
+
 PAPERS = {"arm": "layered", "body": "plain"}
 """The papers' own."""
 
@@ -60,11 +62,9 @@ FEW_VALID = 0.5
 
 def _of_use(recording: pt.Recording) -> tuple[Method, ...]:
     """What a report compares, the default first; what needs a picture only where there is one."""
-    if isinstance(recording, pt.BodyRecording):
-        has_video, best = recording.view.video is not None, default_method(recording)
-        of_use = (method for method in BODY_SHOWN if has_video or "keypoints" in method.cues)
-        return tuple(sorted(of_use, key=lambda method: method != best))
-    return ARM_METHODS
+    best = default_method(recording)
+    of_use = (method for method in SHOWN[recording.kind] if recording.has_picture or not method.needs_picture)
+    return tuple(sorted(of_use, key=lambda method: method != best))
 
 
 @commands.command()
@@ -264,7 +264,7 @@ def track_all(
     recording: pt.Recording, methods: Sequence[Method], seed: int, progress: Callable[[str, int], None] | None
 ) -> list[pt.Track]:
     """Every method on the same evidence; one that loses the track keeps what it had."""
-    sightings = sight(recording, progress=progress) if isinstance(recording, pt.ArmRecording) else None
+    sightings = shared_sightings(recording, progress)
     tracks: list[pt.Track] = []
     for method in methods:
         try:

@@ -19,7 +19,7 @@ from pytracker.formats.video import frames
 from pytracker.recording.recording import ArmRecording, BodyRecording, Imu, Recording
 from pytracker.rotation import Array
 
-__all__ = ["observations", "read_evidence"]
+__all__ = ["observations", "read_evidence", "shared_sightings"]
 
 ROLL_SD = 0.35
 """Of an upper arm: its muscles turn about the bone, rad.
@@ -48,6 +48,17 @@ def _(recording: ArmRecording, progress: Progress | None = None) -> Sightings:
 @read_evidence.register
 def _(recording: BodyRecording, progress: Progress | None = None) -> Senses:
     return senses_of(recording)
+
+
+@singledispatch
+def shared_sightings(recording: Recording, progress: Progress | None = None) -> Sightings | None:
+    """What several methods on one recording share: an arm's patch; of a body, whose video streams, nothing."""
+    return None
+
+
+@shared_sightings.register
+def _(recording: ArmRecording, progress: Progress | None = None) -> Sightings | None:
+    return sight(recording, progress=progress)
 
 
 @singledispatch

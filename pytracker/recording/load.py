@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import os
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from pytracker.recording.arm import load_arm
 from pytracker.recording.body import load_body
 from pytracker.recording.recording import ArmRecording, BodyRecording
-from pytracker.recording.schema import ArmFile, read_recording_file
+from pytracker.recording.schema import read_recording_file
 
 __all__ = ["load"]
+
+LOADERS: Mapping[str, Callable[..., ArmRecording | BodyRecording]] = {"arm": load_arm, "body": load_body}
+"""By kind: folder, path of recording.toml and what it says to a recording."""
 
 
 def load(folder: Path | str) -> ArmRecording | BodyRecording:
@@ -23,7 +27,7 @@ def load(folder: Path | str) -> ArmRecording | BodyRecording:
     folder = Path(folder)
     path = folder / "recording.toml"
     entry = read_recording_file(path)
-    recording = load_arm(folder, path, entry) if isinstance(entry, ArmFile) else load_body(folder, path, entry)
+    recording = LOADERS[entry.kind](folder, path, entry)
     # Where a folder lies is nobody's business: warnings are kept with what is made of it.
     inside = tuple(warning.replace(f"{folder}{os.sep}", "") for warning in recording.warnings)
     return dataclasses.replace(recording, warnings=inside)

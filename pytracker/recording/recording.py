@@ -177,6 +177,11 @@ class Recording(ABC):
         """In whose picture and depth errors are taken apart."""
 
     @property
+    @abstractmethod
+    def video(self) -> Path | None:
+        """The first camera's, where there is one."""
+
+    @property
     def has_picture(self) -> bool:
         """Whether there is a video, or what was found in one by colour."""
         return True
@@ -212,6 +217,11 @@ class ArmRecording(Recording):
         return self.views[0].camera
 
     @property
+    def video(self) -> Path | None:
+        """Of the first camera."""
+        return self.views[0].video
+
+    @property
     def has_upper_arm(self) -> bool:
         """Whether the upper arm wears a sensor."""
         return len(self.imus) > 1
@@ -245,6 +255,11 @@ class BodyRecording(Recording):
         return self.view.camera
 
     @property
+    def video(self) -> Path | None:
+        """Its camera's."""
+        return self.view.video
+
+    @property
     def has_picture(self) -> bool:
         """Whether there is more than keypoints."""
-        return self.view.video is not None
+        return self.video is not None

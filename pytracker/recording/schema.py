@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -190,13 +191,18 @@ class ArmFile(Entry):
     truth: TruthEntry | None = None
 
 
+FILES: Mapping[str, type[ArmFile | BodyFile]] = {"arm": ArmFile, "body": BodyFile}
+"""By kind of recording."""
+
+
 def read_recording_file(path: Path) -> ArmFile | BodyFile:
     """Read and validate. Raises `InputError` naming every fault: key, value, expectation."""
     if not path.is_file():
         where = path.parent
-        kind = "is no folder" if not where.is_dir() else "holds no recording.toml"
-        raise InputError(f"{where}: {kind}, expected a folder with recording.toml")
+        what = "is no folder" if not where.is_dir() else "holds no recording.toml"
+        raise InputError(f"{where}: {what}, expected a folder with recording.toml")
     data = read_toml(path, SCHEMA)
-    if data.get("kind") not in ("arm", "body"):
-        raise InputError(f"{path}: kind is {data.get('kind')!r}, expected 'arm' or 'body'")
-    return validated(path, data, BodyFile) if data["kind"] == "body" else validated(path, data, ArmFile)
+    kind: object = data.get("kind")
+    if not isinstance(kind, str) or kind not in FILES:
+        raise InputError(f"{path}: kind is {kind!r}, expected {' or '.join(map(repr, FILES))}")
+    return validated(path, data, FILES[kind])

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from functools import singledispatch
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from pytracker.evidence.grid import draw_grid, png_of
-from pytracker.formats.video import frames
+from pytracker.formats.video import Image, frames
 from pytracker.report.body_overlay import draw_body
 from pytracker.report.drawing import COLOURS, STYLE, legend_above, svg
 from pytracker.report.page import PageFigure, embedded, filled
@@ -38,13 +39,22 @@ def _first_frame(checkup: Checkup) -> list[PageFigure]:
     frame = None if file is None or not file.is_file() else next(frames(file), None)
     if frame is None:
         return []
-    if isinstance(checkup.track, BodyTrack):
-        alt = "The first frame with the skeleton, green, and its outer shape, white, as they are tracked"
-        return [embedded("The first frame", alt, png_of(draw_body(frame.image, checkup.track, 0)), is_wide=False)]
+    return [_drawn(checkup.track, checkup, frame.image)]
+
+
+@singledispatch
+def _drawn(track: object, checkup: Checkup, image: Image) -> PageFigure:
+    """The first frame with what is found in it: of an arm, or before anything is tracked."""
     box = None if checkup.patch_box is None else tuple(int(value) for value in checkup.patch_box)
-    image = draw_grid(frame.image, None if box is None else (box[0], box[1], box[2], box[3]))
+    image = draw_grid(image, None if box is None else (box[0], box[1], box[2], box[3]))
     alt = "The first frame with a grid in pixels" + ("" if box is None else f" and the patch's box, {list(box)}")
-    return [embedded("The first frame", alt, png_of(image))]
+    return embedded("The first frame", alt, png_of(image))
+
+
+@_drawn.register
+def _(track: BodyTrack, checkup: Checkup, image: Image) -> PageFigure:
+    alt = "The first frame with the skeleton, green, and its outer shape, white, as they are tracked"
+    return embedded("The first frame", alt, png_of(draw_body(image, track, 0)), is_wide=False)
 
 
 def _laid_over(checkup: Checkup) -> list[PageFigure]:

@@ -17,6 +17,7 @@ TITLES = {
 }
 STILL = {"arm": "first position held", "body": "first pose held"}
 """No tracking at all."""
+FIGURES = {"arm": "RMS of the wrist", "body": "average of eight joints"}
 
 
 def render_index(tracks: Mapping[str, Sequence[Track]]) -> str:
@@ -30,7 +31,5 @@ def render_index(tracks: Mapping[str, Sequence[Track]]) -> str:
 
 
 def _error(track: Track, of: Scored) -> str:
-    scores = evaluate(of, track.recording.truth)
-    if track.recording.kind == "arm":
-        return f"{100 * scores.joints['wrist'].rms_m:.1f} cm RMS of the wrist"
-    return f"{100 * scores.average_m:.1f} cm average of eight joints"
+    error_m = evaluate(of, track.recording.truth).figure_m(track.judged_by)
+    return f"{100 * error_m:.1f} cm {FIGURES[track.recording.kind]}"

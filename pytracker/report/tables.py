@@ -9,6 +9,7 @@ import os
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import singledispatch
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import numpy as np
 
 from pytracker._core import InputError, __version__
 from pytracker.digest import sha256_of
+from pytracker.formats.amc import write_amc
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.methods.method import Method
 from pytracker.methods.registry import method_of_class
@@ -28,7 +30,16 @@ from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.found import found_by
 from pytracker.tracking.tracks import JointTrack, Track
 
-__all__ = ["TrackFile", "plain", "read_run", "read_track", "write_metadata", "write_scores", "write_track"]
+__all__ = [
+    "TrackFile",
+    "plain",
+    "read_run",
+    "read_track",
+    "write_metadata",
+    "write_motion",
+    "write_scores",
+    "write_track",
+]
 
 WORLDS = {"arm": "right-handed, z up", "body": "the skeleton's: right-handed, y up"}
 
@@ -49,15 +60,14 @@ def write_track(path: Path, track: Track) -> None:
             for d, axis in enumerate("xyz"):
                 names.append(f"{joint}_{axis}{suffix}_m")
                 columns.append(values[:, d])
-        if isinstance(track, BodyTrack):
+        if rows.reason:
             names.append(f"{joint}_valid")
             columns.append(rows.valid)
-    if isinstance(track, BodyTrack):
-        for k, channel in enumerate(track.free):
-            unit = "m" if channel.split("_")[-1].startswith("t") else "rad"
-            for suffix, row in (("", 0), ("_sd", 2), ("_lo", 3), ("_hi", 4)):
-                names.append(f"{channel}{suffix}_{unit}")
-                columns.append(track.angles[row, :, k])
+    for channel, values in track.channels.items():
+        name, unit = channel.rsplit("_", 1)
+        for suffix, row in (("", 0), ("_sd", 2), ("_lo", 3), ("_hi", 4)):
+            names.append(f"{name}{suffix}_{unit}")
+            columns.append(values[row])
     columns += [track.ess, track.log_evidence]
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -65,6 +75,16 @@ def write_track(path: Path, track: Track) -> None:
         for k, time_s in enumerate(track.time_s):
             numbers = [_cell(column[k]) for column in columns]
             writer.writerow([f"{time_s:.6f}", k, *numbers, int(track.valid[k]), track.reason[k]])
+
+
+@singledispatch
+def write_motion(track: Track, path: Path) -> None:
+    """Poses of a skeleton as AMC, of a track that has one: frames that were not tracked are left out."""
+
+
+@write_motion.register
+def _(track: BodyTrack, path: Path) -> None:
+    write_amc(path, track.recording.skeleton, track.poses[np.isfinite(track.poses).all(axis=1)])
 
 
 def _cell(value: np.bool_ | np.float64) -> str:

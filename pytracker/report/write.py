@@ -8,16 +8,11 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Event
 
-import numpy as np
-
 from pytracker.evidence.sightings import Progress
-from pytracker.formats.amc import write_amc
 from pytracker.output import whole_folder
 from pytracker.report.contents import Contents, contents_of
 from pytracker.report.labels import HELD
-from pytracker.report.tables import write_metadata, write_scores, write_track
-from pytracker.tracking.arm import ArmTrack
-from pytracker.tracking.body import BodyTrack
+from pytracker.report.tables import write_metadata, write_motion, write_scores, write_track
 from pytracker.tracking.tracks import Track
 
 __all__ = ["write_report"]
@@ -41,9 +36,7 @@ def write_report(
         for number, track in enumerate(tracks):
             name = _track_name(number, track, len(tracks))
             write_track(out / name, track)
-            if isinstance(track, BodyTrack):
-                poses = track.poses[np.isfinite(track.poses).all(axis=1)]
-                write_amc((out / name).with_suffix(".amc"), track.recording.skeleton, poses)
+            write_motion(track, (out / name).with_suffix(".amc"))
         write_metadata(out / "metadata.json", contents)
         if any(contents.scores):
             write_scores(out / "scores.json", [*contents.scores, contents.trivial], [*contents.labels, HELD])
@@ -59,26 +52,17 @@ def _track_name(number: int, track: Track, count: int) -> str:
 def _write_page(out: Path, contents: Contents, progress: Progress | None) -> None:
     if progress is not None:
         progress("report", 0)
-    from pytracker.report.arm_overlay import write_arm_overlay  # noqa: PLC0415 - Matplotlib is slow
-    from pytracker.report.arm_page import render_arm_page  # noqa: PLC0415 - Matplotlib is slow
-    from pytracker.report.body_overlay import write_body_overlay  # noqa: PLC0415 - Matplotlib is slow
-    from pytracker.report.body_page import render_body_page  # noqa: PLC0415 - Matplotlib is slow
+    from pytracker.report.kinds import PAGES  # noqa: PLC0415 - Matplotlib is slow
 
-    arms = [track for track in contents.tracks if isinstance(track, ArmTrack)]
-    bodies = [track for track in contents.tracks if isinstance(track, BodyTrack)]
+    main = contents.tracks[0]
+    page = PAGES[main.recording.kind]
     # The encoder releases the interpreter: the figures are drawn beside it. Whoever leaves early does not wait for it.
     stop = Event()
     with ThreadPoolExecutor(1) as pool:
         try:
-            if arms:
-                overlay = pool.submit(write_arm_overlay, out / "overlay.mp4", arms[0], stop)
-                has_overlay = arms[0].recording.views[0].video is not None
-                page = render_arm_page(arms, contents, has_overlay=has_overlay)
-            else:
-                overlay = pool.submit(write_body_overlay, out / "overlay.mp4", bodies[0], stop)
-                has_overlay = bodies[0].recording.view.video is not None
-                page = render_body_page(bodies, contents, has_overlay=has_overlay)
-            (out / "index.html").write_text(page, "utf-8")
+            overlay = pool.submit(page.write_overlay, out / "overlay.mp4", main, stop)
+            text = page.render(contents.tracks, contents, has_overlay=main.recording.video is not None)
+            (out / "index.html").write_text(text, "utf-8")
             overlay.result()
         except BaseException:
             stop.set()

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import overload
 
 from pytracker._core import TrackingError
 from pytracker.evidence.sightings import Sightings
+from pytracker.methods.arm import ArmMethod
+from pytracker.methods.body import BodyMethod
 from pytracker.methods.method import Method
-from pytracker.recording.recording import Recording
+from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
 from pytracker.report.study_page import Section, Table
 from pytracker.study import StudyTable
+from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 
@@ -40,6 +45,16 @@ def endings(table: StudyTable, methods: Mapping[str, Method], recordings: Mappin
         ),
         (Table("Runs that did not keep the track to the end", ["method", *recordings], rows),),
     )
+
+
+@overload
+def tracked(
+    recording: ArmRecording, method: ArmMethod, seed: int, sightings: Sightings
+) -> tuple[ArmTrack | None, str]: ...
+
+
+@overload
+def tracked(recording: BodyRecording, method: BodyMethod, seed: int) -> tuple[BodyTrack | None, str]: ...
 
 
 def tracked(

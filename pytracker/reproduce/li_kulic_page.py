@@ -18,7 +18,6 @@ from pytracker.reproduce.words import averaged, cm
 from pytracker.scores.intervals import paired_difference
 from pytracker.simulate import BodyScene, simulate_body
 from pytracker.study import StudyTable
-from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.track import track
 
 __all__ = ["make_page"]
@@ -35,7 +34,7 @@ def make_page(table: StudyTable, seeds: int, duration_s: float) -> str:
         tracks = [track(recording, PAPER, 1)]
         took_s = time.perf_counter() - began
         others = (tracked(recording, PAPER, seed)[0] for seed in range(2, RUNS_OF_FIG_6 + 1))
-        tracks += [found for found in others if isinstance(found, BodyTrack)]
+        tracks += [found for found in others if found is not None]
         return render_study_page(
             title="Li & Kulić (2010), run again",
             lead=f"{seeds} simulated recordings, each tracked {RUNS} times · ± is the 95 % interval of a mean over them (Student's t)",

@@ -102,6 +102,10 @@ class Scores:
     frames_untracked: int
     valid_share: float
 
+    def figure_m(self, judged_by: str) -> float:
+        """The one figure of a track: RMS error of the joint `judged_by`; where that is empty, the average of all."""
+        return self.joints[judged_by].rms_m if judged_by else self.average_m
+
     def as_dict(self) -> dict[str, Any]:
         """As plain numbers, for JSON."""
         return asdict(self)

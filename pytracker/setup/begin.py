@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from pytracker.recording.camera import Camera
 from pytracker.recording.truth import UP
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
+from pytracker.setup.subject_entry import SUBJECTS, SubjectEntry, check_command, value
 from pytracker.setup.truth_entry import truth_lines
 from pytracker.setup.upright import AS_TRC, axis_up, words_of
 
@@ -27,8 +27,6 @@ __all__ = ["init"]
 PHONE_FOCAL = 0.8
 """Focal length of a phone's main camera while it films, as a share of the picture's longer side: 0.65 to 0.95."""
 PHONE_FOCAL_SD = 0.1
-LEVEL = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]
-"""World to a camera that looks along -z, in a world whose y axis is up."""
 
 
 def init(
@@ -55,15 +53,16 @@ def init(
     known = {} if camera is None else read_calibration(camera, camera_name)
     folder.mkdir(parents=True, exist_ok=True)
     kind = "arm" if imu is not None else "body"
+    subject = SUBJECTS[kind]
     turned, up = _turn(known, None if truth is None else Path(truth), kind)
     lines = [
         "# Made by pytracker init. What is missing is said where it belongs; `pytracker check` looks at all of it.",
         "schema = 1",
         f'kind = "{kind}"',
         "",
-        *_camera(folder, Path(video), known, kind, None if keypoints is None else Path(keypoints), turned),
+        *_camera(folder, Path(video), known, subject, None if keypoints is None else Path(keypoints), turned),
         *([] if imu is None else _imu(folder, Path(imu))),
-        *(_arm(known) if kind == "arm" else _body(folder, keypoints is not None)),
+        *subject.tables(known, folder, has_keypoints=keypoints is not None),
         *([] if truth is None else _truth(folder, Path(truth), kind, known, up)),
     ]
     write_whole(path, "\n".join(lines) + "\n")
@@ -76,15 +75,6 @@ def _named(folder: Path, file: Path) -> str:
         raise InputError(f"{file}: there is no such file")
     name = os.path.relpath(file.resolve(), folder.resolve()).replace(os.sep, "/")
     return tomlkit.item(name).as_string()
-
-
-def _check(folder: Path) -> str:
-    """The command that finds what is missing."""
-    return f"pytracker check {shlex.quote(folder.name)} --write"
-
-
-def _value(value: object) -> str:
-    return tomlkit.item(value).as_string()
 
 
 def _turn(known: dict[str, object], truth: Path | None, kind: str) -> tuple[str, str]:
@@ -139,7 +129,7 @@ def _is_turned(known: dict[str, object], truth: Path) -> bool:
 
 
 def _camera(
-    folder: Path, video: Path, known: dict[str, object], kind: str, keypoints: Path | None, turned: str
+    folder: Path, video: Path, known: dict[str, object], subject: SubjectEntry, keypoints: Path | None, turned: str
 ) -> list[str]:
     name, info = _named(folder, video), probe(video)
     next(frames(video), None)
@@ -151,38 +141,14 @@ def _camera(
     if keypoints is not None:
         lines.append(f"keypoints = {_named(folder, keypoints)}")
     if "matrix" in known:
-        lines.append(f"matrix = {_value(known['matrix'])}")
+        lines.append(f"matrix = {value(known['matrix'])}")
     else:
         focal = PHONE_FOCAL * max(info.width, info.height)
         matrix = [[focal, 0.0, (info.width - 1) / 2], [0.0, focal, (info.height - 1) / 2], [0.0, 0.0, 1.0]]
-        lines.append(f"matrix = {_value(matrix)}  # guessed, as of a phone: pytracker calibrate camera finds it")
+        lines.append(f"matrix = {value(matrix)}  # guessed, as of a phone: pytracker calibrate camera finds it")
         lines.append(f"focal_sd = {PHONE_FOCAL_SD}")
-    for key in ("distortion", "focal_sd", *(("rotation_sd_deg", "distance_sd_m") if kind == "arm" else ())):
-        lines += [f"{key} = {_value(known[key])}"] if key in known else []
-    lines += _camera_pose(known, kind, turned)
-    if kind == "arm":
-        box = "patch_box"
-        how = f"the patch in the first frame, x, y, width, height, px: {_check(folder)} finds it"
-        lines.append(f"{box} = {_value(known[box])}" if box in known else f"# {box} = [...]  # missing: {how}")
-    return [*lines, ""]
-
-
-def _camera_pose(known: dict[str, object], kind: str, turned: str) -> list[str]:
-    """Rotation and translation: a body may be tracked as the camera sees it."""
-    if kind == "body" and not {"rotation", "translation_m"} & set(known):
-        return [
-            f"rotation = {_value(LEVEL)}  # guessed, a camera held level: check --write finds its pitch",
-            "translation_m = [0.0, 0.0, 0.0]  # joints are told from the camera: x right of it, y up, z towards it",
-        ]
-    lines = []
-    for key, words in (
-        ("rotation", "world to camera, three rows: pytracker calibrate pose finds it from points with known places"),
-        ("translation_m", "the world's origin in the camera, m: found with it"),
-    ):
-        lines.append(f"{key} = {_value(known[key])}" if key in known else f"# {key} = [...]  # missing: {words}")
-        if key == "rotation" and turned:
-            lines[-1] += f"  # {turned}"
-    return lines
+    lines += [f"{key} = {value(known[key])}" for key in subject.camera_keys if key in known]
+    return [*lines, *subject.pose(known, turned), *subject.patch(known, folder), ""]
 
 
 def _imu(folder: Path, file: Path) -> list[str]:
@@ -196,34 +162,7 @@ def _imu(folder: Path, file: Path) -> list[str]:
     return [
         "[[imu]]",
         f"file = {name}  # {len(log.time_s)} samples over {span:.1f} s: acc{''.join(f', {words}' for words in has)}",
-        f"# offset_s, heading_deg, mount, units and directions: {_check(folder)} finds them",
-        "",
-    ]
-
-
-def _arm(known: dict[str, object]) -> list[str]:
-    lines = ["[arm]", f"side = {_value(known.get('side', 'right'))}"]
-    for key, words in (
-        ("shoulder_m", "the shoulder joint in the world, x, y, z (up), m"),
-        ("upper_arm_m", "shoulder to elbow, m: a tape measure, to 1 cm"),
-        ("forearm_m", "elbow to wrist, m: a tape measure, to 1 cm"),
-    ):
-        lines.append(f"{key} = {_value(known[key])}" if key in known else f"# {key} = ...  # missing: {words}")
-    return [*lines, ""]
-
-
-def _body(folder: Path, has_keypoints: bool) -> list[str]:
-    them = (
-        "keypoints"
-        if has_keypoints
-        else f"keypoints, which pytracker keypoints {shlex.quote(folder.name)} finds in the video"
-    )
-    return [
-        "[skeleton]",
-        "# height_m = 1.70  # missing: the person's height; or file, an Acclaim skeleton",
-        "",
-        "[initial]",
-        f'# angles = "initial.toml"  # missing: the first pose; pytracker check --write finds it from {them}',
+        f"# offset_s, heading_deg, mount, units and directions: {check_command(folder)} finds them",
         "",
     ]
 

@@ -5,7 +5,7 @@ Every line says what was looked at, the verdict, and why. What is not there yet 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,7 +19,7 @@ from pytracker.formats.toml_file import faults_of, read_toml
 from pytracker.output import write_whole
 from pytracker.recording.load import load
 from pytracker.recording.recording import Arm, ArmRecording, Imu, View
-from pytracker.recording.schema import SCHEMA, ArmFile, BodyFile
+from pytracker.recording.schema import SCHEMA
 from pytracker.rotation import Array, rotate, triple
 from pytracker.setup.check_body import check_body
 from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_up, check_video, follow
@@ -37,6 +37,9 @@ from pytracker.tracking.tracks import Track
 __all__ = ["Checkup", "check"]
 
 ARM = ("arm.shoulder_m", "arm.upper_arm_m", "arm.forearm_m")
+Looked = tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]
+"""Line by line, both signals laid over each other, and the patch's box: as a `Checkup` has them."""
+
 ODD = 1.5
 """A constant that differs by more standard deviations is doubtful."""
 
@@ -73,9 +76,9 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
     """
     draft = Draft(Path(folder))
     data = read_toml(draft.path, SCHEMA)
-    if faults := faults_of(data, BodyFile if data.get("kind") == "body" else ArmFile):
+    if faults := faults_of(data, draft.schema):
         return Checkup(draft.folder, tuple(Finding("recording.toml", "wrong", fault) for fault in faults))
-    found, laid_over, box = _arm(draft) if draft.kind == "arm" else (_body(draft), None, None)
+    found, laid_over, box = LOOKS[draft.kind](draft)
     changes = {place: value for finding in found for place, value in finding.writes.items()}
     if write and changes:
         for finding in found:
@@ -94,7 +97,7 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
     return Checkup(draft.folder, tuple(found), laid_over, box, tracked)
 
 
-def _arm(draft: Draft) -> tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]:
+def _arm(draft: Draft) -> Looked:
     video = check_video(draft)
     imu_findings, log = check_imu(draft)
     found = [video, *imu_findings, *check_others(draft, 1), check_pose(draft), *check_up(draft)]
@@ -190,8 +193,12 @@ def _laid_over(sightings: Sightings, imu_s: Array, acceleration: Array) -> tuple
     return time_s, np.asarray(way), np.asarray(by_imu)
 
 
-def _body(draft: Draft) -> list[Finding]:
-    return [check_video(draft), *check_others(draft, 0), *check_up(draft), *check_body(draft)]
+def _body(draft: Draft) -> Looked:
+    return [check_video(draft), *check_others(draft, 0), *check_up(draft), *check_body(draft)], None, None
+
+
+LOOKS: Mapping[str, Callable[[Draft], Looked]] = {"arm": _arm, "body": _body}
+"""By kind of recording."""
 
 
 def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:

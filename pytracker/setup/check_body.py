@@ -13,11 +13,11 @@ from pytracker.recording.body_view import view_of
 from pytracker.recording.found_pose import fingerprint, is_as_found, is_stale, lines_of
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
-from pytracker.setup.begin import LEVEL
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
 from pytracker.setup.first_person import first_person, first_row
 from pytracker.setup.first_pose import first_pose
+from pytracker.setup.subject_entry import LEVEL
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["check_body"]

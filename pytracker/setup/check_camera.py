@@ -71,7 +71,7 @@ def check_up(draft: Draft) -> list[Finding]:
     wanted, found = UP[draft.kind], axis_up(np.array(draft.get("camera.rotation"), dtype=float))
     if found == wanted:
         return []
-    whose = "an arm" if draft.kind == "arm" else "a body"
+    whose = {"arm": "an arm", "body": "a body"}[draft.kind]
     if not found:
         words = (
             f"looks up, down or askew: whether the {wanted} axis of its world is up, as {whose} needs, it does not say"

@@ -15,7 +15,7 @@ from pytracker.formats.keypoints_write import keypoints_text
 from pytracker.formats.toml_file import faults_of, read_toml
 from pytracker.formats.video import frames
 from pytracker.output import write_whole
-from pytracker.recording.schema import SCHEMA, ArmFile, BodyFile
+from pytracker.recording.schema import SCHEMA
 from pytracker.setup.draft import Draft
 
 __all__ = ["Detected", "detect"]
@@ -47,7 +47,7 @@ def detect(folder: Path | str, camera: int = 0, *, force: bool = False, progress
     """
     draft = Draft(Path(folder))
     data = read_toml(draft.path, SCHEMA)
-    if faults := faults_of(data, BodyFile if draft.kind == "body" else ArmFile):
+    if faults := faults_of(data, draft.schema):
         raise InputError(f"{draft.path}: {faults[0]}")
     if not draft.count("camera"):
         raise InputError(f"{draft.path}: there is no [[camera]], expected one with a video")

@@ -11,6 +11,7 @@ from tomlkit.items import AbstractTable
 
 from pytracker._core import InputError
 from pytracker.output import write_whole
+from pytracker.recording.schema import FILES, ArmFile, BodyFile
 
 __all__ = ["Draft"]
 
@@ -35,6 +36,11 @@ class Draft:
     def kind(self) -> str:
         """`arm` or `body`; an arm where it does not say."""
         return str(self._document.get("kind", "arm"))
+
+    @property
+    def schema(self) -> type[ArmFile | BodyFile]:
+        """What may stand in it; an arm's where the kind is none."""
+        return FILES.get(self.kind, ArmFile)
 
     def get(self, place: str) -> Any:
         """What stands at `camera.matrix` or the like; None where nothing does."""

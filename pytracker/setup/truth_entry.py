@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import tomlkit
@@ -14,6 +15,8 @@ __all__ = ["markers_of", "truth_lines"]
 
 SIDES = {"left": ("left", "l"), "right": ("right", "r")}
 JOINTS = ("shoulder", "elbow", "wrist")
+JOINTS_OF: Mapping[str, Sequence[str]] = {"arm": JOINTS, "body": KEY_JOINTS}
+"""By kind of recording, as a truth calls them."""
 BONES = (
     {"shoulder": "arm", "elbow": "forearm", "wrist": "hand"},
     {"shoulder": "upperarm", "elbow": "lowerarm", "wrist": "hand"},
@@ -38,18 +41,12 @@ def markers_of(names: list[str], kind: str, side: str = "right") -> dict[str, st
         name = bones[0].get(joint, joint) if bones else joint
         return next((plain[word + name] for word in SIDES[of] if word + name in plain), None)
 
-    if kind == "arm":
-        found = {joint: called(side, joint) for joint in JOINTS}
-        return {joint: name for joint, name in found.items() if name is not None}
-    markers: dict[str, str | list[str]] = {}
+    # As points are called, by what the recording calls them: an arm's joints have no side.
+    points: dict[str, str | None] = {joint: called(side, joint) for joint in JOINTS}
+    points |= {f"{of}_{joint}": called(of, joint) for joint in JOINTS for of in SIDES}
+    markers = {joint: name for joint, name in points.items() if name is not None and joint in JOINTS_OF[kind]}
     hips = [name for of in SIDES if (name := called(of, "hip")) is not None]
-    if len(hips) == len(SIDES):
-        markers["root"] = hips
-    for joint in JOINTS:
-        for of in SIDES:
-            if (name := called(of, joint)) is not None:
-                markers[f"{of}_{joint}"] = name
-    return markers
+    return ({"root": hips} if "root" in JOINTS_OF[kind] and len(hips) == len(SIDES) else {}) | markers
 
 
 def truth_lines(name: str, file: Path, kind: str, side: str, up: str = "") -> list[str]:
@@ -66,7 +63,7 @@ def truth_lines(name: str, file: Path, kind: str, side: str, up: str = "") -> li
     except InputError as error:
         return [*lines, f"# it cannot be read: {_one_line(str(error))}", ""]
     markers = markers_of(names, kind, side)
-    if set(names) & set(KEY_JOINTS if kind == "body" else JOINTS):
+    if set(names) & set(JOINTS_OF[kind]):
         pass  # called as joints are
     elif markers:
         pairs = ", ".join(f"{joint} = {tomlkit.item(of).as_string()}" for joint, of in markers.items())

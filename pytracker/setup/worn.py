@@ -192,8 +192,8 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
         except InputError:
             continue
         except TrackingError as error:
-            lost = getattr(error, "track", None)
-            if not isinstance(lost, ArmTrack):
+            lost: ArmTrack | None = getattr(error, "track", None)
+            if lost is None:
                 continue
             track = lost
         evidence = track.log_evidence

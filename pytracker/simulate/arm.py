@@ -10,6 +10,7 @@ import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -106,6 +107,8 @@ class ArmScene:
     clutter_noise: float = 4.0
     worn: bool = False
     senses: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "arm"
 
     def __post_init__(self) -> None:
         """Check kinds and ranges."""

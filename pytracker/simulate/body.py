@@ -9,6 +9,7 @@ import dataclasses
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import cv2
 import numpy as np
@@ -86,6 +87,8 @@ class BodyScene:
     keypoint_sd_px: float = 0.0
     imus: tuple[str, ...] = ()
     imu_sd_deg: float = 3.0
+
+    kind: ClassVar[str] = "body"
 
     def __post_init__(self) -> None:
         """Check kinds and ranges."""

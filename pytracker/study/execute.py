@@ -7,6 +7,7 @@ import math
 import shutil
 import tempfile
 import weakref
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,10 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.evidence.sightings import Sightings, sight
+from pytracker.evidence.observations import shared_sightings
+from pytracker.evidence.sightings import Sightings
 from pytracker.recording.load import load
-from pytracker.recording.recording import ArmRecording, Recording
+from pytracker.recording.recording import Recording
 from pytracker.scores.evaluate import evaluate
 from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm, simulate_body
 from pytracker.study.fingerprint import fingerprint
@@ -38,6 +40,8 @@ COLUMNS = (
     "spread_m", "ess_share", "valid_share",
 )  # fmt: skip
 """What a row says of a joint; of `all` joints where it stands for all. Empty where there is no value."""
+
+SIMULATE: Mapping[str, Callable[[Path, Any, int], Path]] = {"arm": simulate_arm, "body": simulate_body}
 
 Row = dict[str, str | float | int | None]
 
@@ -85,9 +89,10 @@ def open_source(recording: StudyRecording, seed: int, scratch: Path | None = Non
         return _loaded(recording.folder, recording.name)
     scene = recording.scene
     assert scene is not None
-    if isinstance(scene, ArmScene) and recording.pixel_sd is not None:
+    pixel_sd = recording.pixel_sd
+    if pixel_sd is not None:
+        assert isinstance(scene, ArmScene)
         simulation = ArmSimulation(scene, seed)
-        pixel_sd = recording.pixel_sd
         seen, landmarks = simulation.sightings(pixel_sd), simulation.landmarks(pixel_sd)
         sightings = Sightings.of(simulation.frame_time_s, seen, landmarks)
         return Source(simulation.recording(), sightings)
@@ -96,10 +101,7 @@ def open_source(recording: StudyRecording, seed: int, scratch: Path | None = Non
     whole = Path(tempfile.mkdtemp(prefix="pytracker-", dir=scratch))
     folder = whole / "recording"
     try:
-        if isinstance(scene, ArmScene):
-            source = _loaded(simulate_arm(folder, scene, seed), recording.name)
-        else:
-            source = _loaded(simulate_body(folder, scene, seed), recording.name)
+        source = _loaded(SIMULATE[scene.kind](folder, scene, seed), recording.name)
     except BaseException:
         shutil.rmtree(whole, ignore_errors=True)
         raise
@@ -110,7 +112,7 @@ def open_source(recording: StudyRecording, seed: int, scratch: Path | None = Non
 def _loaded(folder: Path, name: str) -> Source:
     try:
         recording = load(folder)
-        sightings = sight(recording) if isinstance(recording, ArmRecording) else None
+        sightings = shared_sightings(recording)
     except InputError as error:
         raise InputError(str(error).replace(str(folder), name)) from None
     return Source(recording, sightings, folder, name)

@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -39,6 +40,8 @@ from pytracker.study.plan import Study, StudyRecording
 __all__ = ["read_study"]
 
 SCHEMA = 1
+
+SCENES: Mapping[str, type[ArmScene | BodyScene]] = {scene.kind: scene for scene in (ArmScene, BodyScene)}
 
 MOST_SEEDS = 100_000
 """Of a number of seeds, and of combinations of a grid."""
@@ -106,7 +109,7 @@ def _recording(folder: Path, number: int, entry: RecordingEntry) -> StudyRecordi
             raise InputError(f"{place}.scene goes with simulate, not with folder")
         where = (folder / entry.folder).resolve()
         return StudyRecording(name=entry.name or where.name, folder=where, seed=entry.seed, pixel_sd=entry.pixel_sd)
-    scene: type[ArmScene | BodyScene] = ArmScene if entry.simulate == "arm" else BodyScene
+    scene = SCENES[entry.simulate or ""]
     known = [field.name for field in fields(scene)]
     for key in entry.scene:
         if key not in known:

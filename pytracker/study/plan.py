@@ -59,14 +59,14 @@ class StudyRecording:
             raise InputError(f"recording {self.name!r} has {given}, expected one of them")
         if self.folder is not None and (self.seed is not None or self.pixel_sd is not None):
             raise InputError(f"recording {self.name!r} is a folder: seed and pixel_sd go with a scene")
-        if self.pixel_sd is not None and not (isinstance(self.scene, ArmScene) and 0 <= self.pixel_sd < math.inf):
+        if self.pixel_sd is not None and not (self.kind == ArmScene.kind and 0 <= self.pixel_sd < math.inf):
             raise InputError(f"recording {self.name!r} has pixel_sd {self.pixel_sd!r}, expected an arm's, 0 px or more")
 
     @property
     def kind(self) -> str:
         """`arm` or `body`; empty where a folder does not say, which its runs will report."""
         if self.scene is not None:
-            return "arm" if isinstance(self.scene, ArmScene) else "body"
+            return self.scene.kind
         assert self.folder is not None
         try:
             return read_recording_file(self.folder / "recording.toml").kind

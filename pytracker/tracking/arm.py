@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -40,6 +41,8 @@ class ArmTrack(Track):
     state_mean: Array
     state_covariance: Array
     sightings: Sightings
+
+    judged_by: ClassVar[str] = "wrist"
 
 
 def track_arm(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -78,6 +79,12 @@ class BodyTrack(Track):
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
     shown: Shown | None = None
+
+    @property
+    def channels(self) -> Mapping[str, Array]:
+        """Of the skeleton that were tracked: `<bone>_<dof>_rad`, or `_m`."""
+        named = (f"{name}_{'m' if name.split('_')[-1].startswith('t') else 'rad'}" for name in self.free)
+        return {name: self.angles[:, :, k] for k, name in enumerate(named)}
 
 
 class _Watched:

@@ -3,6 +3,7 @@
 # No deferred annotations here: those who inherit have other names in scope.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,8 @@ class JointTrack:
         sd: standard deviation per axis.
         lo: 2.5 % quantile per axis.
         hi: 97.5 % quantile per axis.
-        reason: why it is not to be believed, frame by frame `(T,)`; empty where nothing speaks against this joint.
+        reason: why it is not to be believed, frame by frame `(T,)`, each empty where nothing speaks against this joint;
+            none at all where joints are not judged on their own.
     """
 
     mean: Array
@@ -71,6 +73,14 @@ class Track:
     reason: tuple[str, ...]
     stage_s: Mapping[str, float] = field(default_factory=dict)
     lost: str = ""
+
+    judged_by: ClassVar[str] = ""
+    """The joint whose RMS error is its one figure; empty: the average error of all joints is."""
+
+    @property
+    def channels(self) -> Mapping[str, Array]:
+        """What was tracked besides joints, by name with unit: mean, mode, sd, 2.5 and 97.5 % quantile `(5, T)`."""
+        return {}
 
     @property
     def camera(self) -> Camera | WeakPerspective:
