@@ -13,11 +13,11 @@
 //! | [`motion`] | IV-C1: zero-order dynamics |
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
-//! | [`cues`] | IV-C2: weights: one file a cue, and how a layer blends them |
+//! | [`cues`] | IV-C2: weights: one file a cue, their names, and what a frame shows them |
+//! | [`weighing`] | posed particles, and how a layer blends what the cues say |
 //! | [`balance`] | a trunk that gives way to its arms |
 //! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
 //! | [`method`] | IV-C: lists of layers and their parameters |
-//! | [`picture`] | what a frame shows |
 //! | [`filter`] | IV-C: evidence in, a pose out |
 //! | [`sloped`] | a pose and its slopes, for cues that are smooth |
 //! | [`momentum`] | channels with velocities, for smoothing |
@@ -37,20 +37,20 @@ mod mirrored;
 pub mod model;
 pub mod momentum;
 pub mod motion;
-pub mod picture;
 mod segment;
 pub mod skin;
 pub mod sloped;
 mod smooth;
 mod trajectory;
 pub mod unseen;
+pub mod weighing;
 
-pub use cues::Blend;
 pub use cues::region::Region;
+pub use cues::{CueName, Picture};
 pub use figure::{Figure, Part};
 pub use filter::BodyFilter;
 pub use joints::{Group, KEY_JOINTS, KEYPOINTS};
-pub use method::{BodyLayer, BodyMethod, CueName, Diffusion, Mover};
+pub use method::{BodyLayer, BodyMethod, Diffusion, Mover};
 pub use momentum::Momentum;
-pub use picture::Picture;
 pub use unseen::Unseen;
+pub use weighing::Blend;

@@ -29,6 +29,7 @@
 //! | [`skeleton`] | Acclaim bones and channels, forward kinematics |
 //! | [`arm`] | wrist IMU and colour patch (Tao & Hu 2008): models, cues, methods |
 //! | [`body`] | upper body from one camera (Li & Kulić 2010): figure, cues, methods |
+//! | [`parameters`] | numbers of a method by name |
 //! | [`observation`], [`tracker`], [`estimate`] | what goes into the one online tracker of both, and what comes out |
 //! | [`smoothing`] | the same of a whole recording, window by window |
 
@@ -39,6 +40,7 @@ mod error;
 pub mod estimate;
 pub mod filter;
 pub mod observation;
+pub mod parameters;
 pub mod particles;
 pub mod projection;
 pub mod quaternion;

@@ -2,14 +2,14 @@
 
 use nalgebra::{Matrix3, UnitQuaternion};
 use pytracker::body::cues::blobs::{BlobDistance, Scale};
-use pytracker::body::cues::effort::Effort;
+use pytracker::body::cues::effort::{Effort, EffortLook};
 use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, Person, nearest};
 use pytracker::body::cues::limits::Limits;
-use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
+use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationLook, Segment};
 use pytracker::body::cues::outline::Outline;
 use pytracker::body::cues::penetration::Penetration;
 use pytracker::body::cues::region::{Region, RegionLook, Regions};
-use pytracker::body::cues::{Blend, Cue, Weighing};
+use pytracker::body::weighing::{Blend, Cue, Weighing};
 use pytracker::body::{BodyMethod, CueName, Figure, Group, Picture};
 use pytracker::filter::Likelihood;
 use pytracker::particles::ParticleSet;
@@ -82,8 +82,12 @@ fn a_region_is_worn_and_covers_its_wearer() {
     let figure = figure(&[8]);
     let angles = [0.0, 0.2, 0.4, 0.6, 0.8];
     let lost = |skin_loss, foreground_loss, mask: &Region| {
-        let look = RegionLook { skin_loss, foreground_loss, reach_m: 0.5, bare: 1.0 };
-        lost(&figure, &angles, Regions { skin: Some(mask), foreground: Some(mask), groups: &[Group::LeftArm], look })
+        let look = RegionLook { skin_loss, foreground_loss, reach_m: 0.5 };
+        lost(
+            &figure,
+            &angles,
+            Regions { skin: Some(mask), foreground: Some(mask), groups: &[Group::LeftArm], look, bare: 1.0 },
+        )
     };
     for (skin_loss, foreground_loss) in [(30.0, 0.0), (0.0, 30.0)] {
         for mask in [lifted(false, false), lifted(true, true), lifted(false, true)] {
@@ -131,12 +135,14 @@ fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
 fn a_lifted_arm_costs_effort() {
     let figure = figure(&[8]);
     let quarter = std::f64::consts::FRAC_PI_2;
-    let found = lost(&figure, &[-quarter, 0.0, quarter], Effort { groups: &[Group::LeftArm], loss: 2.0 });
+    let found =
+        lost(&figure, &[-quarter, 0.0, quarter], Effort { groups: &[Group::LeftArm], look: EffortLook { loss: 2.0 } });
     for (found, expected) in found.iter().zip([0.0, 2.0, 4.0]) {
         assert!((found - expected).abs() < 1e-12, "{found}");
     }
     // The other arm stays level, whatever the left one does.
-    let other = lost(&figure, &[-quarter, quarter], Effort { groups: &[Group::RightArm], loss: 2.0 });
+    let other =
+        lost(&figure, &[-quarter, quarter], Effort { groups: &[Group::RightArm], look: EffortLook { loss: 2.0 } });
     assert!(other.iter().all(|x| (x - 2.0).abs() < 1e-12));
 }
 
@@ -187,7 +193,11 @@ fn a_sensor_says_where_its_segment_points() {
         Orientation { segment, q_world_segment, sd: 0.1, roll_sd: f64::INFINITY }
     };
     let cue = |orientations: &[Orientation], rows: &[f64]| {
-        lost(&figure, rows, OrientationDistance { orientations, groups: &ALL, inflation: 1.0 })
+        lost(
+            &figure,
+            rows,
+            OrientationDistance { orientations, groups: &ALL, look: OrientationLook { inflation: 1.0 } },
+        )
     };
     for segment in ["left_upper_arm", "left_forearm"] {
         let found = cue(&[measured(segment, 0.3)], &[0.0, 0.0, 0.3, 0.0, 0.0, 0.1, 0.7, 0.0, 0.3]);

@@ -5,12 +5,12 @@ mod figure;
 use figure::{ALL, LOOK, SUM, figure, figure_bending, figure_from, layer, method, projection, tracker, update};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use pytracker::body::cues::Cue;
-use pytracker::body::cues::effort::Effort;
+use pytracker::body::cues::effort::{Effort, EffortLook};
 use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, Person};
 use pytracker::body::cues::limits::Limits;
-use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Segment};
+use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationLook, Segment};
 use pytracker::body::sloped::{Rows, Sloped};
+use pytracker::body::weighing::Cue;
 use pytracker::body::{BodyMethod, CueName, Figure, Group, Momentum, Picture};
 use pytracker::particles::ParticleSet;
 use pytracker::{Error, Estimate, Smoothing, Tracker};
@@ -41,8 +41,8 @@ proptest! {
         let (orientations, inflation) = ([Orientation { roll_sd: f64::INFINITY, ..orientation }], 1.0);
         let cues: [Box<dyn Cue>; 4] = [
             Box::new(KeypointDistance { person: &seen, groups: &ALL, look: LOOK }),
-            Box::new(Effort { groups: &ALL, loss: 1.0 }),
-            Box::new(OrientationDistance { orientations: &orientations, groups: &ALL, inflation }),
+            Box::new(Effort { groups: &ALL, look: EffortLook { loss: 1.0 } }),
+            Box::new(OrientationDistance { orientations: &orientations, groups: &ALL, look: OrientationLook { inflation } }),
             Box::new(Limits),
         ];
         let mut told = 0;
@@ -76,7 +76,7 @@ proptest! {
             let q_world_segment = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll) * along;
             let segment = Segment::UpperArm(Group::LeftArm);
             let orientations = [Orientation { segment, q_world_segment, sd: 0.1, roll_sd: 0.1 }];
-            let cue = OrientationDistance { orientations: &orientations, groups: &ALL, inflation: 1.0 };
+            let cue = OrientationDistance { orientations: &orientations, groups: &ALL, look: OrientationLook { inflation: 1.0 } };
             linearised(&figure, &cue, &lying(turned)).unwrap()
         };
         let (found, slope) = residual(roll, turned);
@@ -102,7 +102,7 @@ fn seen_at(time_s: f64) -> Picture {
     (person[3], person[5]) = (at(0.3), at(0.55));
     person[1] = Some(Keypoint { pixel: [118.0, 55.0], sd_px: 1.0 });
     person[2] = Some(Keypoint { pixel: [82.0, 55.0], sd_px: 1.0 });
-    Picture { keypoints: vec![person], ..Picture::empty() }
+    Picture { keypoints: vec![person], ..Picture::default() }
 }
 
 fn smoothed_by(momentum: Momentum) -> BodyMethod {

@@ -1,7 +1,5 @@
-//! How particles of the body are weighed: cues over posed particles, and how a layer blends them.
-//!
-//! A layer poses a chunk of its particles once; every cue reads the same posed places and says what each particle loses by
-//! it. A cue is one file:
+//! The cues of the body, by name: what weighs particles and where smooth pulls trajectories. A cue is one file, and a line of
+//! each list here:
 //!
 //! | file | weighs |
 //! |---|---|
@@ -13,9 +11,6 @@
 //! | [`effort`] | upper arms against gravity |
 //! | [`limits`] | angles against the limits of joints |
 //! | [`penetration`] | elbows and hands against the torso (paper IV-C1) |
-//!
-//! [`Blend::Rescaled`] is the paper: distances stretched over [0, 1] within the set, `A^-d`, a weighted product. An empty image
-//! then weighs as sharply as a perfect one, so that its spread says little. [`Blend::Sum`] keeps the scale of each cue.
 
 pub mod blobs;
 pub mod effort;
@@ -26,188 +21,259 @@ pub mod outline;
 pub mod penetration;
 pub mod region;
 
+use self::blobs::{BlobDistance, BlobLook, Scale};
+use self::effort::{Effort, EffortLook};
+use self::keypoints::{KeypointDistance, KeypointLook, Person};
+use self::limits::Limits;
+use self::orientation::{Orientation, OrientationDistance, OrientationLook};
+use self::outline::{Outline, OutlineLook};
+use self::penetration::Penetration;
+use self::region::{Region, RegionLook, Regions};
+use super::edges::EdgeImage;
 use super::figure::Figure;
-use super::sloped::{Rows, Sloped};
-use crate::filter::Likelihood;
-use crate::particles::{Block, ParticleSet};
-use crate::projection::{Projection, Seen};
-use rayon::prelude::*;
+use super::joints::Group;
+use super::skin::Blobs;
+use super::weighing::Cue;
+use crate::error::require_time;
+use crate::parameters::Parameters;
+use crate::projection::Projection;
+use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// Particles that are posed together.
-const CHUNK: usize = 32;
+/// What a layer weighs by; of [`self`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum CueName {
+    /// [`outline`].
+    Edges,
+    /// [`blobs`].
+    Blobs,
+    /// [`region`].
+    Regions,
+    /// [`keypoints`].
+    Keypoints,
+    /// [`orientation`].
+    Orientation,
+    /// [`effort`].
+    Effort,
+    /// [`limits`].
+    Limits,
+    /// [`penetration`].
+    Penetration,
+}
 
-/// From this many particles on, chunks are shared between threads.
-const PARALLEL: usize = 128;
-
-/// How badly posed particles explain one observation, or what a body can do.
-///
-/// A cue that is smooth can be linearised besides, for filters over Gaussians.
-pub trait Cue: Sync {
-    /// Write what every particle loses, `(count,)`: a negative log-likelihood, or a distance that a blend rescales.
-    fn score(&self, posed: &Posed<'_>, out: &mut [f64]);
-
-    /// What it measures of one state: as many rows as it has to say, none of a cue that is not smooth.
-    fn linearise(&self, _at: &Sloped<'_>, _rows: &mut Rows) {}
-
-    /// How many of the figure's points it reads, counted from the first.
-    fn reads(&self, figure: &Figure) -> usize {
-        figure.drawn
+impl CueName {
+    /// In lower case.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn from_name(name: &str) -> Result<Self> {
+        let known = "edges, blobs, regions, keypoints, orientation, effort, limits, penetration";
+        match name {
+            "edges" => Ok(Self::Edges),
+            "blobs" => Ok(Self::Blobs),
+            "regions" => Ok(Self::Regions),
+            "keypoints" => Ok(Self::Keypoints),
+            "orientation" => Ok(Self::Orientation),
+            "effort" => Ok(Self::Effort),
+            "limits" => Ok(Self::Limits),
+            "penetration" => Ok(Self::Penetration),
+            _ => Err(Error::UnknownName { what: "cue", name: name.into(), known }),
+        }
     }
 }
 
-/// Some particles, posed and seen: what every cue of a layer reads.
-pub struct Posed<'a> {
-    /// What is posed.
-    pub figure: &'a Figure,
-    /// How many particles.
-    pub count: usize,
-    points: &'a [f64],
-    seen: &'a [Seen],
-    block: Block<'a>,
-    first: usize,
-}
+/// What a body can do at all, whatever is seen.
+pub(super) const BOUNDS: [CueName; 3] = [CueName::Effort, CueName::Limits, CueName::Penetration];
 
-impl Posed<'_> {
-    /// Where a point of the figure is for a particle: world, m.
-    #[inline]
-    pub fn at(&self, particle: usize, point: usize) -> [f64; 3] {
-        [0, 1, 2].map(|d| self.points[(3 * point + d) * self.count + particle])
-    }
-
-    /// Where the camera sees the figure's points for a particle, `(P,)`.
-    #[inline]
-    pub fn seen(&self, particle: usize) -> &[Seen] {
-        let points = self.seen.len() / self.count;
-        &self.seen[particle * points..(particle + 1) * points]
-    }
-
-    /// A column of the state, `(count,)`.
-    #[inline]
-    pub fn column(&self, d: usize) -> &[f64] {
-        &self.block.column(d)[self.first..self.first + self.count]
-    }
-}
-
-/// How what the cues say becomes a log-weight.
+/// How much each of them counts, where a method chooses that.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Blend {
-    /// As the paper does, with two cues (IV-C2).
-    Rescaled {
-        /// `A`: how much more a particle at distance 0 weighs than one at 1.
-        base: f64,
-        /// Weight of the first cue, 0 to 2; the second has the rest.
-        alpha: f64,
-        /// How far alpha is moved towards what each cue tells apart in this frame, 0 (the paper) to 1.
-        adapt: f64,
-    },
-    /// Losses added up.
-    Sum {
-        /// Share of the whole sharpness: below 1 in the flat layers of annealing.
-        sharpness: f64,
-    },
+pub struct Looks {
+    /// Of [`outline`].
+    pub outline: OutlineLook,
+    /// Of [`blobs`].
+    pub blobs: BlobLook,
+    /// Of [`region`].
+    pub regions: RegionLook,
+    /// Of [`keypoints`].
+    pub keypoints: KeypointLook,
+    /// Of [`orientation`].
+    pub orientation: OrientationLook,
+    /// Of [`effort`].
+    pub effort: EffortLook,
 }
 
-/// The likelihood of a layer: some cues, blended.
-pub struct Weighing<'a> {
-    /// What is posed.
+impl Looks {
+    /// Of a method's parameters.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] naming one that is missing.
+    pub fn read(from: &Parameters) -> Result<Self> {
+        Ok(Self {
+            outline: OutlineLook::read(from)?,
+            blobs: BlobLook::read(from)?,
+            regions: RegionLook::read(from)?,
+            keypoints: KeypointLook::read(from)?,
+            orientation: OrientationLook::read(from)?,
+            effort: EffortLook::read(from)?,
+        })
+    }
+
+    /// Check every range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] naming the first that is out of range.
+    pub fn check(&self) -> Result<()> {
+        self.outline.check()?;
+        self.blobs.check()?;
+        self.regions.check()?;
+        self.keypoints.check()?;
+        self.orientation.check()?;
+        self.effort.check()
+    }
+}
+
+/// No picture is larger, px.
+const MOST_PX: f64 = 1e6;
+
+/// Shape and values of an array of three axes, row by row.
+pub type Table = ([usize; 3], Vec<f64>);
+
+/// Arrays by name, as whoever saw a picture holds them; none where it holds none of that name.
+pub trait Given {
+    /// Of what cannot be read.
+    type Error: From<Error>;
+
+    /// Bytes of a picture `(H, W)`, as `made` makes something of its width, height and rows.
+    ///
+    /// # Errors
+    /// What is no such array, and those of `made`.
+    fn bytes<T>(
+        &self,
+        name: &'static str,
+        made: impl FnOnce(usize, usize, &[u8]) -> Result<T>,
+    ) -> std::result::Result<Option<T>, Self::Error>;
+
+    /// Points `(P, 2)`, px.
+    ///
+    /// # Errors
+    /// What is no such array.
+    fn points(&self, name: &'static str) -> std::result::Result<Vec<[f64; 2]>, Self::Error>;
+
+    /// A mask: distance of every pixel `(H, W)` and some points `(P, 2)`, px.
+    ///
+    /// # Errors
+    /// What is no such pair of arrays.
+    fn region(&self, name: &'static str) -> std::result::Result<Option<Region>, Self::Error>;
+
+    /// A table of three axes and its shape.
+    ///
+    /// # Errors
+    /// What is no such array.
+    fn table(&self, name: &'static str) -> std::result::Result<Option<Table>, Self::Error>;
+}
+
+/// What a camera shows of a body at one frame, and what a detector found in it: the evidence that the cues read.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Picture {
+    /// Detected edges, where there is an image.
+    pub edges: Option<EdgeImage>,
+    /// Centres of skin-coloured blobs, px, in no order.
+    pub blobs: Vec<[f64; 2]>,
+    /// Skin as a region, where it is given.
+    pub skin: Option<Region>,
+    /// The person as a region, where it is given.
+    pub foreground: Option<Region>,
+    /// Keypoints of every person that a detector found.
+    pub keypoints: Vec<Person>,
+}
+
+impl Picture {
+    /// Edges, and nothing else yet.
+    pub fn new(edges: EdgeImage) -> Self {
+        Self { edges: Some(edges), ..Self::default() }
+    }
+
+    /// Of arrays by name.
+    ///
+    /// # Errors
+    /// What cannot be read, or is no such thing.
+    pub fn read<G: Given>(given: &G) -> std::result::Result<Self, G::Error> {
+        Ok(Self {
+            edges: given.bytes("edges", EdgeImage::new)?,
+            blobs: given.points("blobs")?,
+            skin: given.region("skin_region")?,
+            foreground: given.region("foreground_region")?,
+            keypoints: given.table("keypoints")?.map_or(Ok(Vec::new()), |(shape, of)| keypoints::people(shape, &of))?,
+        })
+    }
+
+    /// Check every number.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::Parameter`].
+    pub fn check(&self, time_s: f64) -> Result<()> {
+        require_time("frame time", time_s)?;
+        self.blobs.iter().try_for_each(|blob| require_pixel("blob", time_s, *blob))?;
+        keypoints::check(&self.keypoints, time_s)
+    }
+}
+
+/// Check that a picture may hold it.
+fn require_pixel(name: &'static str, time_s: f64, pixel: [f64; 2]) -> Result<()> {
+    match pixel.into_iter().find(|x| x.is_nan() || x.abs() > MOST_PX) {
+        Some(value) => Err(Error::NotFinite { name, time_s, value }),
+        None => Ok(()),
+    }
+}
+
+/// What a frame shows to one filter.
+pub(super) struct Frame<'a> {
     pub figure: &'a Figure,
-    /// The camera.
     pub projection: &'a Projection,
-    /// What is seen.
-    pub cues: Vec<Box<dyn Cue + 'a>>,
-    /// What a body can do at all: never rescaled or flattened.
-    pub bounds: Vec<Box<dyn Cue + 'a>>,
-    /// How they are blended.
-    pub blend: Blend,
+    pub picture: &'a Picture,
+    /// Of segments that wear a sensor.
+    pub orientations: &'a [Orientation],
+    /// By wearer.
+    pub blobs: Blobs,
+    /// Of all whose keypoints were found, the one who is followed.
+    pub person: Option<&'a Person>,
+    /// How bare the forearms are, 0 to 1.
+    pub bare: f64,
 }
 
-impl Weighing<'_> {
-    /// What every particle loses by each of the cues, and after them by the bounds: `(K, N)`.
-    pub fn losses(&self, particles: &ParticleSet) -> Vec<Vec<f64>> {
-        let cues: Vec<&dyn Cue> = self.cues.iter().chain(&self.bounds).map(AsRef::as_ref).collect();
-        let points = cues.iter().map(|cue| cue.reads(self.figure)).max().unwrap_or(0);
-        let blocks: Vec<_> = particles.blocks().collect();
-        let mut rows = vec![0.0; particles.len() * cues.len()];
-        let work = |(chunk, out): (usize, &mut [f64])| {
-            let count = out.len() / cues.len();
-            let first = chunk * CHUNK;
-            let (block, first) = (blocks[first / crate::rng::BLOCK], first % crate::rng::BLOCK);
-            let mut places = vec![0.0; points * 3 * count];
-            self.figure.model.points(block, first, count, &mut places);
-            let see = |k: usize| {
-                let (particle, point) = (k / points, k % points);
-                self.projection.see([0, 1, 2].map(|d| places[(3 * point + d) * count + particle]))
-            };
-            let seen: Vec<Seen> = (0..count * points).map(see).collect();
-            let posed = Posed { figure: self.figure, count, points: &places, seen: &seen, block, first };
-            for (cue, out) in cues.iter().zip(out.chunks_mut(count)) {
-                cue.score(&posed, out);
+impl<'a> Frame<'a> {
+    /// The cue of that name for some groups, where the frame has what it needs; `is_rescaled` asks for distances that a
+    /// blend rescales.
+    pub fn cue(
+        &self,
+        name: CueName,
+        looks: &Looks,
+        groups: &'a [Group],
+        is_rescaled: bool,
+    ) -> Option<Box<dyn Cue + 'a>> {
+        let picture = self.picture;
+        Some(match name {
+            CueName::Edges => {
+                let loss = if is_rescaled { 1.0 } else { looks.outline.loss };
+                Box::new(Outline { edges: picture.edges.as_ref()?, groups, loss })
             }
-        };
-        if cues.is_empty() {
-            return Vec::new();
-        }
-        if particles.len() >= PARALLEL {
-            rows.par_chunks_mut(CHUNK * cues.len()).enumerate().for_each(work);
-        } else {
-            rows.chunks_mut(CHUNK * cues.len()).enumerate().for_each(work);
-        }
-        let of_cue = |k: usize| {
-            let chunks = rows.chunks(CHUNK * cues.len());
-            let its = |chunk: &[f64]| chunk.chunks(chunk.len() / cues.len()).nth(k).unwrap_or(&[]).to_vec();
-            chunks.flat_map(its).collect()
-        };
-        (0..cues.len()).map(of_cue).collect()
-    }
-}
-
-impl Likelihood for Weighing<'_> {
-    fn log_likelihood(&self, particles: &ParticleSet, out: &mut [f64]) {
-        let losses = self.losses(particles);
-        let (cues, bounds) = losses.split_at(self.cues.len());
-        let forbidden = |i: usize| bounds.iter().map(|loss| loss[i]).sum::<f64>();
-        match self.blend {
-            Blend::Sum { sharpness } => {
-                for (i, out) in out.iter_mut().enumerate() {
-                    *out = -sharpness * cues.iter().map(|loss| loss[i]).sum::<f64>() - forbidden(i);
-                }
+            CueName::Blobs => {
+                let BlobLook { sd_m, reach, .. } = looks.blobs;
+                let scale = if is_rescaled { Scale::Pixels } else { Scale::Spread { sd_m, reach } };
+                Box::new(BlobDistance { blobs: self.blobs, groups, scale })
             }
-            Blend::Rescaled { base, alpha, adapt } => {
-                let [first, second] = [0, 1].map(|k| cues.get(k).map_or(vec![0.0; out.len()], |loss| rescaled(loss)));
-                let alpha = weight(&first, &second, base, alpha, adapt);
-                for (i, out) in out.iter_mut().enumerate() {
-                    *out = -base.ln() * (alpha * first[i] + (2.0 - alpha) * second[i]) - forbidden(i);
-                }
+            CueName::Regions => {
+                let (skin, foreground) = (picture.skin.as_ref(), picture.foreground.as_ref());
+                Box::new(Regions { skin, foreground, groups, look: looks.regions, bare: self.bare })
             }
-        }
+            CueName::Keypoints => Box::new(KeypointDistance { person: self.person?, groups, look: looks.keypoints }),
+            CueName::Orientation if self.orientations.is_empty() => return None,
+            CueName::Orientation => {
+                Box::new(OrientationDistance { orientations: self.orientations, groups, look: looks.orientation })
+            }
+            CueName::Effort => Box::new(Effort { groups, look: looks.effort }),
+            CueName::Limits => Box::new(Limits),
+            CueName::Penetration => Box::new(Penetration),
+        })
     }
-
-    /// Losses are not normalised: an image without an edge or a blob would seem better explained than a perfect one.
-    fn has_evidence(&self) -> bool {
-        false
-    }
-}
-
-/// Linearly to [0, 1] over the set; zero where all are equal.
-fn rescaled(distances: &[f64]) -> Vec<f64> {
-    let low = distances.iter().copied().fold(f64::INFINITY, f64::min);
-    let span = distances.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
-    distances.iter().map(|d| if span > 0.0 { (d - low) / span } else { 0.0 }).collect()
-}
-
-/// The weight of the first of two cues in this frame.
-fn weight(first: &[f64], second: &[f64], base: f64, alpha: f64, adapt: f64) -> f64 {
-    if adapt == 0.0 {
-        return alpha;
-    }
-    // How much a cue tells particles apart: one less its effective share of the set.
-    let discrimination = |distances: &[f64]| {
-        let weights: Vec<f64> = distances.iter().map(|d| (-base.ln() * d).exp()).collect();
-        let (sum, squares) = weights.iter().fold((0.0, 0.0), |(s, q), w| (s + w, q + w * w));
-        1.0 - sum * sum / (squares * weights.len() as f64)
-    };
-    let (a, b) = (discrimination(first), discrimination(second));
-    let told = if a + b > 0.0 { 2.0 * a / (a + b) } else { alpha };
-    alpha + adapt * (told - alpha)
 }

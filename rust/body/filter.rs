@@ -1,17 +1,17 @@
 //! The body as a tracker's subject: an image's evidence in, a pose with error bars out.
 
-use super::cues::Weighing;
 use super::cues::keypoints::{Person, nearest};
 use super::cues::orientation::Orientation;
 use super::cues::region::bareness;
+use super::cues::{Frame, Picture};
 use super::figure::Figure;
 use super::joints::KEY_JOINTS;
-use super::method::{BodyMethod, Frame};
-use super::picture::Picture;
+use super::method::BodyMethod;
 use super::skin::{Assignment, Blobs};
 use super::smooth::{Recorded, seen};
 use super::trajectory::Kept;
 use super::unseen::{UNSEEN, Unseen};
+use super::weighing::Weighing;
 use crate::error::{require, require_time};
 use crate::estimate::{Estimate, Point};
 use crate::filter::{Islands, Layer, LayeredFilter, Recorder};
@@ -78,10 +78,10 @@ impl BodyFilter {
     /// [`Error::Parameter`], [`Error::Size`].
     pub fn new(figure: Figure, projection: Projection, method: BodyMethod, seed: u64) -> Result<Self> {
         method.check()?;
-        let BodyMethod { particles, islands: count, resampling, gate_m, balance, .. } = method;
+        let BodyMethod { particles, islands: count, resampling, looks, balance, .. } = method;
         let figure = figure.balanced(&projection, balance);
         let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
-        let assignments = vec![Assignment::new(gate_m); count];
+        let assignments = vec![Assignment::new(looks.blobs.gate_m); count];
         let (worn, frames_s, bare, kept) = (Vec::new(), None, None, Vec::new());
         Ok(Self { figure, projection, method, islands, assignments, worn, frames_s, bare, kept })
     }
@@ -180,7 +180,7 @@ impl BodyFilter {
         let blobs = most_given(&posteriors);
         if self.method.smoothing.is_some() {
             let (mean, _) = together.moments();
-            let look = self.method.keypoints;
+            let look = self.method.looks.keypoints;
             let joints = joints.summary(joints.dim());
             let seen = seen((&self.figure, &self.projection), picture, look, (&mean, &joints));
             let (orientations, mean) = (orientations.to_vec(), mean.as_slice().to_vec());
@@ -254,7 +254,7 @@ impl Sight<'_> {
             [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
         });
         let blobs = assignment.assign(&picture.blobs, &expected, seen[0].px_per_m);
-        (blobs, nearest(&picture.keypoints, figure, &seen, method.keypoints))
+        (blobs, nearest(&picture.keypoints, figure, &seen, method.looks.keypoints))
     }
 }
 

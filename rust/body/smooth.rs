@@ -4,13 +4,13 @@
 //! limits of joints are what the trajectory must explain, with velocities ([`super::momentum`]) between the frames. It is started
 //! from the particles' track and from the first pose held; from either limbs are mirrored ([`super::mirrored`]), and both are weighed.
 
+use super::cues::Picture;
 use super::cues::keypoints::{Keypoint, KeypointLook, Person, nearest};
 use super::figure::Figure;
 use super::joints::KEY_JOINTS;
 use super::method::BodyMethod;
 use super::mirrored::Places;
 use super::momentum::{Momentum, Moving};
-use super::picture::Picture;
 use super::sloped::Sloped;
 use super::trajectory::{Body, Kept, Pulls, Trajectory};
 use crate::Result;
@@ -106,7 +106,8 @@ impl Recorded<'_> {
         let start = if from == 0 { moving.start(&pose, 1.0) } else { moving.start(&frames[0].mean, AMID) };
         let span_s = frames[frames.len() - 1].time_s - frames[0].time_s;
         let share = (span_s / frames.len() as f64 / POSTURE_S).min(1.0);
-        let method = BodyMethod { effort_loss: self.method.effort_loss * share, ..self.method.clone() };
+        let mut method = self.method.clone();
+        method.looks.effort.loss *= share;
         let layer = Body::whole(&method);
         let body =
             Body { figure: self.figure, projection: self.projection, method: &method, layer: &layer, moving: &moving };

@@ -1,15 +1,15 @@
 //! A stretch of a body's recording as a chain of states that is smoothed ([`super::smooth`]).
 
-use super::cues::Blend;
 use super::cues::keypoints::{KeypointDistance, Off, Person};
 use super::cues::orientation::Orientation;
+use super::cues::{CueName, Frame, Picture};
 use super::figure::Figure;
 use super::joints::Group;
-use super::method::{BodyLayer, BodyMethod, CueName, Frame, Mover};
+use super::method::{BodyLayer, BodyMethod, Mover};
 use super::momentum::Moving;
-use super::picture::Picture;
 use super::skin::Blobs;
 use super::sloped::{Rows, Sloped};
+use super::weighing::Blend;
 use crate::Result;
 use crate::filter::{Chain, Gaussian, Linear, cost_of};
 use crate::projection::Projection;
@@ -96,7 +96,7 @@ impl Chain for Trajectory<'_> {
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
         let Body { figure, projection, method, layer, moving } = self.body;
         let kept = &self.frames[step];
-        let (picture, blobs) = (Picture::empty(), Blobs::default());
+        let (picture, blobs) = (Picture::default(), Blobs::default());
         let (orientations, person) = (kept.orientations.as_slice(), kept.seen.as_ref());
         let frame = Frame { figure, projection, picture: &picture, orientations, blobs, person, bare: 1.0 };
         let sloped = Sloped::new(figure, projection, &at.as_slice()[..figure.model.dim()]);
@@ -135,7 +135,7 @@ impl Trajectory<'_> {
     /// How many frames' errors are one and the same: what the sum of all errors is more than that of as many that are not alike.
     pub fn alike(&self, at: &[DVector<f64>]) -> f64 {
         let Body { figure, projection, method, layer, .. } = self.body;
-        let look = method.keypoints;
+        let look = method.looks.keypoints;
         let (mut sums, mut squares) = (vec![Vector2::zeros(); figure.model.len()], 0.0);
         for (kept, state) in self.frames.iter().zip(at) {
             let Some(person) = &kept.seen else { continue };

@@ -1,13 +1,15 @@
 //! What Python gives a body tracker, read: the outer shape, the camera, the method.
 
-use crate::body::cues::keypoints::KeypointLook;
+use crate::body::cues::Looks;
 use crate::body::{Blend, BodyLayer, BodyMethod, CueName, Diffusion, Group, Momentum, Mover, Part, Unseen};
 use crate::camera::Camera;
 use crate::filter::Resampling;
+use crate::parameters::Parameters;
 use crate::projection::Projection;
 use crate::resample::Scheme;
 use crate::{Error, Result};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 /// `pytracker.Part`, read.
 #[derive(FromPyObject)]
@@ -55,23 +57,12 @@ struct MethodArgument {
     sharpness: f64,
     alpha: f64,
     adapt: f64,
-    blob_sd_m: f64,
-    blob_reach: f64,
-    gate_m: f64,
     anew_share: f64,
     unseen_distance_sd_m: f64,
     first_distance_sd_m: f64,
     unseen_lean_sd_rad: f64,
     unseen_turn_sd_rad: f64,
-    skin_loss: f64,
-    foreground_loss: f64,
-    region_reach_m: f64,
-    keypoint_inflation: f64,
-    keypoint_reach: f64,
-    orientation_inflation: f64,
-    effort_loss: f64,
     balance: f64,
-    edge_loss: f64,
 }
 
 /// What a method that smooths has besides.
@@ -107,6 +98,15 @@ fn extract_smoothing(method: &Bound<'_, PyAny>) -> PyResult<Option<Momentum>> {
     }))
 }
 
+/// Every parameter that is a number.
+fn numbers(method: &Bound<'_, PyAny>) -> PyResult<Parameters> {
+    let named: Bound<'_, PyDict> = method.call_method0("parameters")?.cast_into()?;
+    let number = |(name, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+        Some((name.extract::<String>().ok()?, value.extract::<f64>().ok()?))
+    };
+    Ok(named.iter().filter_map(number).collect())
+}
+
 pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
     let m: MethodArgument = method.extract()?;
     let MethodArgument { sharpness: base, alpha, adapt, .. } = m;
@@ -120,7 +120,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         };
         Ok(BodyLayer { mover: Mover { groups, spread }, cues, blend })
     };
-    let method = BodyMethod {
+    let found = BodyMethod {
         particles: m.particles,
         islands: m.islands,
         layers: m.layers.into_iter().map(layer).collect::<Result<_>>()?,
@@ -132,16 +132,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
             joint: m.joint_density,
         },
         anew_share: m.anew_share,
-        edge_loss: m.edge_loss,
-        blob_sd_m: m.blob_sd_m,
-        blob_reach: m.blob_reach,
-        gate_m: m.gate_m,
-        skin_loss: m.skin_loss,
-        foreground_loss: m.foreground_loss,
-        region_reach_m: m.region_reach_m,
-        keypoints: KeypointLook { inflation: m.keypoint_inflation, reach: m.keypoint_reach },
-        orientation_inflation: m.orientation_inflation,
-        effort_loss: m.effort_loss,
+        looks: Looks::read(&numbers(method)?)?,
         balance: m.balance,
         smoothing: extract_smoothing(method)?,
         unseen: Unseen {
@@ -151,6 +142,6 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
             turn: m.unseen_turn_sd_rad,
         },
     };
-    method.check()?;
-    Ok(method)
+    found.check()?;
+    Ok(found)
 }

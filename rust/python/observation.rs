@@ -134,7 +134,8 @@ impl Observation {
         if let Some(gyr) = &gyr {
             same_length("gyr", gyr.len(), &time_s)?;
         }
-        let one = |(i, &at): (usize, &f64)| Self::inertial(at, acc[i], q[i], gyr.as_ref().map(|gyr| gyr[i]), Some(first + i));
+        let one =
+            |(i, &at): (usize, &f64)| Self::inertial(at, acc[i], q[i], gyr.as_ref().map(|gyr| gyr[i]), Some(first + i));
         Ok(time_s.as_array().iter().enumerate().map(one).collect())
     }
 

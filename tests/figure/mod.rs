@@ -2,7 +2,13 @@
 #![allow(dead_code)] // each test uses some of it
 
 use nalgebra::{Matrix3, Vector3};
+use pytracker::body::cues::Looks;
+use pytracker::body::cues::blobs::BlobLook;
+use pytracker::body::cues::effort::EffortLook;
 use pytracker::body::cues::keypoints::KeypointLook;
+use pytracker::body::cues::orientation::OrientationLook;
+use pytracker::body::cues::outline::OutlineLook;
+use pytracker::body::cues::region::RegionLook;
 use pytracker::body::edges::EdgeImage;
 use pytracker::body::{
     Blend, BodyFilter, BodyLayer, BodyMethod, CueName, Diffusion, Figure, Group, Mover, Part, Picture, Unseen,
@@ -107,22 +113,20 @@ pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
     BodyMethod {
         particles: 400,
         islands: 1,
-        skin_loss: 0.0,
-        foreground_loss: 0.0,
-        region_reach_m: 0.2,
-        keypoints: LOOK,
-        orientation_inflation: 1.0,
-        effort_loss: 0.0,
+        looks: Looks {
+            outline: OutlineLook { loss: edge_loss },
+            blobs: BlobLook { sd_m: 0.03, reach: 4.0, gate_m: 0.5 },
+            regions: RegionLook { skin_loss: 0.0, foreground_loss: 0.0, reach_m: 0.2 },
+            keypoints: LOOK,
+            orientation: OrientationLook { inflation: 1.0 },
+            effort: EffortLook { loss: 0.0 },
+        },
         balance: 0.0,
         unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0 },
         layers: vec![layer],
         resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
         diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },
         anew_share: 0.0,
-        edge_loss,
-        blob_sd_m: 0.03,
-        blob_reach: 4.0,
-        gate_m: 0.5,
         smoothing: None,
     }
 }

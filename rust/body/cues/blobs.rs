@@ -2,10 +2,44 @@
 
 use super::super::joints::{Group, KEY_JOINTS};
 use super::super::skin::Blobs;
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
+use crate::Result;
+use crate::parameters::{Parameters, require_positive};
+use serde::{Deserialize, Serialize};
 
 /// A point behind the camera is as far off as any, px.
 const FAR_PX: f64 = 1e4;
+
+/// How far off a blob may be.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BlobLook {
+    /// Standard deviation of a blob's centre, m.
+    pub sd_m: f64,
+    /// Standard deviations beyond which a blob says nothing more.
+    pub reach: f64,
+    /// How far from where it was expected a blob may be, m.
+    pub gate_m: f64,
+}
+
+impl BlobLook {
+    /// Of a method's `blob_sd_m`, `blob_reach` and `gate_m`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`].
+    pub fn read(from: &Parameters) -> Result<Self> {
+        Ok(Self { sd_m: from.get("blob_sd_m")?, reach: from.get("blob_reach")?, gate_m: from.get("gate_m")? })
+    }
+
+    /// Check every range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        require_positive("blob_sd_m", self.sd_m, "a positive length in metres")?;
+        require_positive("blob_reach", self.reach, "a positive number")?;
+        require_positive("gate_m", self.gate_m, "a positive length in metres")
+    }
+}
 
 /// What a distance counts.
 #[derive(Debug, Clone, Copy, PartialEq)]

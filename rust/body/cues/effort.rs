@@ -6,7 +6,10 @@
 
 use super::super::joints::Group;
 use super::super::sloped::{Rows, Sloped};
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
+use crate::Result;
+use crate::parameters::{Parameters, require_not_negative};
+use serde::{Deserialize, Serialize};
 
 /// Shoulder and elbow of either arm among the points of the figure.
 const ARMS: [(Group, usize, usize); 2] = [(Group::LeftArm, 2, 4), (Group::RightArm, 3, 5)];
@@ -14,12 +17,37 @@ const ARMS: [(Group, usize, usize); 2] = [(Group::LeftArm, 2, 4), (Group::RightA
 /// An arm that is held no higher than this share of its length hangs: there the slope of a square root has no end.
 const HANGING: f64 = 1e-4;
 
+/// How much it counts how arms are held.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct EffortLook {
+    /// Log-likelihood lost by an upper arm that is held out level.
+    pub loss: f64,
+}
+
+impl EffortLook {
+    /// Of a method's `effort_loss`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`].
+    pub fn read(from: &Parameters) -> Result<Self> {
+        Ok(Self { loss: from.get("effort_loss")? })
+    }
+
+    /// Check its range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        require_not_negative("effort_loss", self.loss, "0 or more")
+    }
+}
+
 /// What the arms of some groups lose.
 pub struct Effort<'a> {
     /// Groups whose arms count.
     pub groups: &'a [Group],
-    /// Log-likelihood lost by an upper arm that is held out level.
-    pub loss: f64,
+    /// How much they count.
+    pub look: EffortLook,
 }
 
 impl Cue for Effort<'_> {
@@ -31,22 +59,23 @@ impl Cue for Effort<'_> {
                 let reach = [0, 1, 2].map(|d| far[d] - near[d]);
                 let length = reach.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
                 // y is up: nothing where it hangs, all where it is level, twice as much overhead.
-                *out += self.loss * (1.0 + reach[1] / length);
+                *out += self.look.loss * (1.0 + reach[1] / length);
             }
         }
     }
 
     /// As the square of a number that is zero where the arm hangs.
     fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
-        if self.loss == 0.0 {
+        let loss = self.look.loss;
+        if loss == 0.0 {
             return;
         }
         for (_, shoulder, elbow) in ARMS.into_iter().filter(|(group, ..)| self.groups.contains(group)) {
             let reach = at.at(elbow) - at.at(shoulder);
             let length = reach.norm().max(1e-9);
-            let held = (2.0 * self.loss * (1.0 + reach.y / length).max(HANGING)).sqrt();
+            let held = (2.0 * loss * (1.0 + reach.y / length).max(HANGING)).sqrt();
             let rise = (at.slope(elbow).row(1) - at.slope(shoulder).row(1)).transpose() / length;
-            rows.push(-held, rise * (self.loss / held), 1.0);
+            rows.push(-held, rise * (loss / held), 1.0);
         }
     }
 }

@@ -6,8 +6,12 @@
 use super::super::figure::Figure;
 use super::super::joints::{Group, KEYPOINTS};
 use super::super::sloped::{Rows, Sloped};
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
+use super::{MOST_PX, require_pixel};
+use crate::error::require;
+use crate::parameters::{Parameters, require_positive};
 use crate::projection::Seen;
+use crate::{Error, Result};
 use nalgebra::{Matrix2xX, Vector2};
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +34,37 @@ pub struct KeypointLook {
     pub inflation: f64,
     /// Beyond about so many standard deviations a point says nothing more.
     pub reach: f64,
+}
+
+/// People of a table `(P, 9, 3)` of u, v and standard deviation, px; a point with a NaN was not seen.
+///
+/// # Errors
+/// [`Error::Size`] for another number of points or values.
+pub fn people([count, points, values]: [usize; 3], table: &[f64]) -> Result<Vec<Person>> {
+    for (name, got, expected) in [("keypoints", points, KEYPOINTS.len()), ("values of a keypoint", values, 3)] {
+        if got != expected {
+            return Err(Error::Size { name, got, unit: "entries", expected });
+        }
+    }
+    let point = |person: usize, k: usize| {
+        let [u, v, sd_px] = [0, 1, 2].map(|d| table[(person * points + k) * values + d]);
+        let is_seen = !(u.is_nan() || v.is_nan() || sd_px.is_nan());
+        is_seen.then_some(Keypoint { pixel: [u, v], sd_px })
+    };
+    Ok((0..count).map(|person| std::array::from_fn(|k| point(person, k))).collect())
+}
+
+/// Check every number of some people's points.
+///
+/// # Errors
+/// [`Error::NotFinite`], [`Error::Parameter`].
+pub fn check(people: &[Person], time_s: f64) -> Result<()> {
+    for keypoint in people.iter().flatten().flatten() {
+        require_pixel("keypoint", time_s, keypoint.pixel)?;
+        let sd_px = keypoint.sd_px;
+        require((0.0..=MOST_PX).contains(&sd_px), "spread of a keypoint", sd_px, "0 px or more")?;
+    }
+    Ok(())
 }
 
 /// Squared distances in standard deviations, each levelling off.
@@ -66,6 +101,23 @@ pub struct Off {
 }
 
 impl KeypointLook {
+    /// Of a method's `keypoint_inflation` and `keypoint_reach`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn read(from: &Parameters) -> Result<Self> {
+        Ok(Self { inflation: from.get("keypoint_inflation")?, reach: from.get("keypoint_reach")? })
+    }
+
+    /// Check every range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        require_positive("keypoint_inflation", self.inflation, "a positive number")?;
+        require_positive("keypoint_reach", self.reach, "a positive number")
+    }
+
     fn spread(self, keypoint: Keypoint, mismatch_m: f64, px_per_m: f64) -> f64 {
         self.inflation * keypoint.sd_px.hypot(mismatch_m * px_per_m)
     }

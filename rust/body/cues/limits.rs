@@ -1,7 +1,7 @@
 //! Angles against the limits of joints, softly: real motion breaks the hard ones of Acclaim files.
 
 use super::super::sloped::{Rows, Sloped};
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
 use nalgebra::DVector;
 
 /// How far beyond a limit a joint may be, rad.

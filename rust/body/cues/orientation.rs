@@ -7,7 +7,8 @@
 use super::super::figure::Figure;
 use super::super::joints::Group;
 use super::super::sloped::{Rows, Sloped};
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
+use crate::parameters::{Parameters, require_positive};
 use crate::{Error, Result};
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -90,14 +91,39 @@ impl Orientation {
     }
 }
 
+/// How much orientations count.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OrientationLook {
+    /// How many times the spread of a single frame: errors of neighbouring frames are much alike.
+    pub inflation: f64,
+}
+
+impl OrientationLook {
+    /// Of a method's `orientation_inflation`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn read(from: &Parameters) -> Result<Self> {
+        Ok(Self { inflation: from.get("orientation_inflation")? })
+    }
+
+    /// Check its range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        require_positive("orientation_inflation", self.inflation, "a positive number")
+    }
+}
+
 /// Half the squares of the angles between what sensors say and the posed segments, in standard deviations.
 pub struct OrientationDistance<'a> {
     /// What they say.
     pub orientations: &'a [Orientation],
     /// Groups whose segments count.
     pub groups: &'a [Group],
-    /// How many times the spread of a single frame: errors of neighbouring frames are much alike.
-    pub inflation: f64,
+    /// How much they count.
+    pub look: OrientationLook,
 }
 
 impl Orientation {
@@ -146,14 +172,14 @@ impl Cue for OrientationDistance<'_> {
     fn score(&self, posed: &Posed<'_>, out: &mut [f64]) {
         let worn = || self.orientations.iter().filter(|worn| self.groups.contains(&worn.segment.group()));
         for (i, out) in out.iter_mut().enumerate() {
-            *out = worn().map(|worn| worn.loss(posed, i, self.inflation)).sum();
+            *out = worn().map(|worn| worn.loss(posed, i, self.look.inflation)).sum();
         }
     }
 
     /// Direction and roll, as vectors: an angle's slope has no end where it turns over.
     fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
         for worn in self.orientations.iter().filter(|worn| self.groups.contains(&worn.segment.group())) {
-            worn.linearise(at, self.inflation, rows);
+            worn.linearise(at, self.look.inflation, rows);
         }
     }
 

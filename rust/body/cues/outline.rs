@@ -2,7 +2,35 @@
 
 use super::super::edges::{EdgeImage, rectangle};
 use super::super::joints::Group;
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
+use crate::Result;
+use crate::parameters::{Parameters, require_not_negative};
+use serde::{Deserialize, Serialize};
+
+/// How much outlines count.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct OutlineLook {
+    /// Log-likelihood lost by a part that misses every edge.
+    pub loss: f64,
+}
+
+impl OutlineLook {
+    /// Of a method's `edge_loss`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`].
+    pub fn read(from: &Parameters) -> Result<Self> {
+        Ok(Self { loss: from.get("edge_loss")? })
+    }
+
+    /// Check its range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        require_not_negative("edge_loss", self.loss, "0 or more")
+    }
+}
 
 /// Sum over the parts of the share of outline pixels that lie on no edge.
 pub struct Outline<'a> {

@@ -1,7 +1,7 @@
 //! Elbows, wrists and hands against the torso's core (Li & Kulić IV-C1: "limb penetration").
 
 use super::super::joints::Group;
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
 
 /// How deep a hand may be in the torso, m; and how much of the torso's half-width is surely torso.
 const PENETRATION_SD: f64 = 0.02;

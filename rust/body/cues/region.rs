@@ -7,9 +7,11 @@
 
 use super::super::figure::Figure;
 use super::super::joints::{Group, KEY_JOINTS};
-use super::{Cue, Posed};
+use super::super::weighing::{Cue, Posed};
+use crate::parameters::{Parameters, require_not_negative, require_positive};
 use crate::projection::Seen;
 use crate::{Error, Result, error::require};
+use serde::{Deserialize, Serialize};
 
 /// A mask: how far every pixel is from it, and some of its pixels.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,7 +23,7 @@ pub struct Region {
 }
 
 /// How much regions count, and how far off a place may be before it is as bad as any.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct RegionLook {
     /// Log-likelihood lost by hands and forearms off the skin, and by skin that nobody wears.
     pub skin_loss: f64,
@@ -29,8 +31,27 @@ pub struct RegionLook {
     pub foreground_loss: f64,
     /// As bad as any, m.
     pub reach_m: f64,
-    /// How bare the forearms are, 0 to 1.
-    pub bare: f64,
+}
+
+impl RegionLook {
+    /// Of a method's `skin_loss`, `foreground_loss` and `region_reach_m`.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn read(from: &Parameters) -> Result<Self> {
+        let [skin_loss, foreground_loss] = [from.get("skin_loss")?, from.get("foreground_loss")?];
+        Ok(Self { skin_loss, foreground_loss, reach_m: from.get("region_reach_m")? })
+    }
+
+    /// Check every range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`].
+    pub fn check(&self) -> Result<()> {
+        require_not_negative("skin_loss", self.skin_loss, "0 or more")?;
+        require_not_negative("foreground_loss", self.foreground_loss, "0 or more")?;
+        require_positive("region_reach_m", self.reach_m, "a positive length in metres")
+    }
 }
 
 /// Skin and foreground, where each is given, against the limbs.
@@ -43,14 +64,45 @@ pub struct Regions<'a> {
     pub groups: &'a [Group],
     /// How much they count.
     pub look: RegionLook,
+    /// How bare the forearms are, 0 to 1.
+    pub bare: f64,
 }
 
 impl Cue for Regions<'_> {
     fn score(&self, posed: &Posed<'_>, out: &mut [f64]) {
         for (i, out) in out.iter_mut().enumerate() {
             let seen = &posed.seen(i)[..posed.figure.drawn];
-            *out = loss(posed.figure, seen, self.groups, (self.skin, self.foreground), &self.look);
+            *out = self.loss(posed.figure, seen);
         }
+    }
+}
+
+impl Regions<'_> {
+    /// What is lost by a posed figure, `seen` in the picture.
+    fn loss(&self, figure: &Figure, seen: &[Seen]) -> f64 {
+        let Self { skin, foreground, groups, look, bare } = *self;
+        let px_per_m = seen[0].px_per_m;
+        if !px_per_m.is_finite() || !seen.iter().all(|point| point.u.is_finite() && point.v.is_finite()) {
+            return 2.0 * (look.skin_loss + look.foreground_loss);
+        }
+        let capped = 1.0 / (look.reach_m * px_per_m);
+        let arms = || groups.iter().filter(|group| **group != Group::Torso);
+        let count = arms().count() as f64;
+        let mut lost = 0.0;
+        if let Some(skin) = skin.filter(|skin| look.skin_loss > 0.0 && count > 0.0 && !skin.points.is_empty()) {
+            let off: f64 = arms().map(|group| off_skin(skin, seen, *group, bare, capped)).sum();
+            let worn = skin_wearers(figure, seen, bare, px_per_m);
+            lost += look.skin_loss * (OFF * off / count + unexplained(&skin.points, &worn, capped, f64::INFINITY));
+        }
+        if let Some(foreground) = foreground.filter(|mask| look.foreground_loss > 0.0 && !mask.points.is_empty()) {
+            let off: f64 = arms().map(|group| off_foreground(foreground, seen, *group, capped)).sum();
+            let limbs = all_limbs(figure, seen, px_per_m);
+            // The model has no legs: what is below the hips says nothing.
+            let lowest = seen[0].v;
+            lost += look.foreground_loss
+                * (OFF * off / count.max(1.0) + unexplained(&foreground.points, &limbs, capped, lowest));
+        }
+        lost
     }
 }
 
@@ -132,38 +184,6 @@ fn arm(group: Group) -> [(usize, usize); 3] {
 
 fn between(seen: &[Seen], (a, b): (usize, usize), share: f64) -> [f64; 2] {
     [seen[a].u + share * (seen[b].u - seen[a].u), seen[a].v + share * (seen[b].v - seen[a].v)]
-}
-
-/// What is lost by a posed figure, `seen` in the picture, where the groups named may be amiss.
-fn loss(
-    figure: &Figure,
-    seen: &[Seen],
-    groups: &[Group],
-    regions: (Option<&Region>, Option<&Region>),
-    look: &RegionLook,
-) -> f64 {
-    let px_per_m = seen[0].px_per_m;
-    if !px_per_m.is_finite() || !seen.iter().all(|point| point.u.is_finite() && point.v.is_finite()) {
-        return 2.0 * (look.skin_loss + look.foreground_loss);
-    }
-    let capped = 1.0 / (look.reach_m * px_per_m);
-    let arms = || groups.iter().filter(|group| **group != Group::Torso);
-    let count = arms().count() as f64;
-    let mut lost = 0.0;
-    if let Some(skin) = regions.0.filter(|skin| look.skin_loss > 0.0 && count > 0.0 && !skin.points.is_empty()) {
-        let off: f64 = arms().map(|group| off_skin(skin, seen, *group, look.bare, capped)).sum();
-        let worn = skin_wearers(figure, seen, look.bare, px_per_m);
-        lost += look.skin_loss * (OFF * off / count + unexplained(&skin.points, &worn, capped, f64::INFINITY));
-    }
-    if let Some(foreground) = regions.1.filter(|mask| look.foreground_loss > 0.0 && !mask.points.is_empty()) {
-        let off: f64 = arms().map(|group| off_foreground(foreground, seen, *group, capped)).sum();
-        let limbs = all_limbs(figure, seen, px_per_m);
-        // The model has no legs: what is below the hips says nothing.
-        let lowest = seen[0].v;
-        lost += look.foreground_loss
-            * (OFF * off / count.max(1.0) + unexplained(&foreground.points, &limbs, capped, lowest));
-    }
-    lost
 }
 
 /// As many limbs as there are, without a heap.

@@ -1,0 +1,193 @@
+//! How particles of the body are weighed: cues over posed particles, and how a layer blends them.
+//!
+//! A layer poses a chunk of its particles once; every cue ([`super::cues`]) reads the same posed places and says what each
+//! particle loses by it.
+//!
+//! [`Blend::Rescaled`] is the paper: distances stretched over [0, 1] within the set, `A^-d`, a weighted product. An empty image
+//! then weighs as sharply as a perfect one, so that its spread says little. [`Blend::Sum`] keeps the scale of each cue.
+
+use super::figure::Figure;
+use super::sloped::{Rows, Sloped};
+use crate::filter::Likelihood;
+use crate::particles::{Block, ParticleSet};
+use crate::projection::{Projection, Seen};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Particles that are posed together.
+const CHUNK: usize = 32;
+
+/// From this many particles on, chunks are shared between threads.
+const PARALLEL: usize = 128;
+
+/// How badly posed particles explain one observation, or what a body can do.
+///
+/// A cue that is smooth can be linearised besides, for filters over Gaussians.
+pub trait Cue: Sync {
+    /// Write what every particle loses, `(count,)`: a negative log-likelihood, or a distance that a blend rescales.
+    fn score(&self, posed: &Posed<'_>, out: &mut [f64]);
+
+    /// What it measures of one state: as many rows as it has to say, none of a cue that is not smooth.
+    fn linearise(&self, _at: &Sloped<'_>, _rows: &mut Rows) {}
+
+    /// How many of the figure's points it reads, counted from the first.
+    fn reads(&self, figure: &Figure) -> usize {
+        figure.drawn
+    }
+}
+
+/// Some particles, posed and seen: what every cue of a layer reads.
+pub struct Posed<'a> {
+    /// What is posed.
+    pub figure: &'a Figure,
+    /// How many particles.
+    pub count: usize,
+    points: &'a [f64],
+    seen: &'a [Seen],
+    block: Block<'a>,
+    first: usize,
+}
+
+impl Posed<'_> {
+    /// Where a point of the figure is for a particle: world, m.
+    #[inline]
+    pub fn at(&self, particle: usize, point: usize) -> [f64; 3] {
+        [0, 1, 2].map(|d| self.points[(3 * point + d) * self.count + particle])
+    }
+
+    /// Where the camera sees the figure's points for a particle, `(P,)`.
+    #[inline]
+    pub fn seen(&self, particle: usize) -> &[Seen] {
+        let points = self.seen.len() / self.count;
+        &self.seen[particle * points..(particle + 1) * points]
+    }
+
+    /// A column of the state, `(count,)`.
+    #[inline]
+    pub fn column(&self, d: usize) -> &[f64] {
+        &self.block.column(d)[self.first..self.first + self.count]
+    }
+}
+
+/// How what the cues say becomes a log-weight.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Blend {
+    /// As the paper does, with two cues (IV-C2).
+    Rescaled {
+        /// `A`: how much more a particle at distance 0 weighs than one at 1.
+        base: f64,
+        /// Weight of the first cue, 0 to 2; the second has the rest.
+        alpha: f64,
+        /// How far alpha is moved towards what each cue tells apart in this frame, 0 (the paper) to 1.
+        adapt: f64,
+    },
+    /// Losses added up.
+    Sum {
+        /// Share of the whole sharpness: below 1 in the flat layers of annealing.
+        sharpness: f64,
+    },
+}
+
+/// The likelihood of a layer: some cues, blended.
+pub struct Weighing<'a> {
+    /// What is posed.
+    pub figure: &'a Figure,
+    /// The camera.
+    pub projection: &'a Projection,
+    /// What is seen.
+    pub cues: Vec<Box<dyn Cue + 'a>>,
+    /// What a body can do at all: never rescaled or flattened.
+    pub bounds: Vec<Box<dyn Cue + 'a>>,
+    /// How they are blended.
+    pub blend: Blend,
+}
+
+impl Weighing<'_> {
+    /// What every particle loses by each of the cues, and after them by the bounds: `(K, N)`.
+    pub fn losses(&self, particles: &ParticleSet) -> Vec<Vec<f64>> {
+        let cues: Vec<&dyn Cue> = self.cues.iter().chain(&self.bounds).map(AsRef::as_ref).collect();
+        let points = cues.iter().map(|cue| cue.reads(self.figure)).max().unwrap_or(0);
+        let blocks: Vec<_> = particles.blocks().collect();
+        let mut rows = vec![0.0; particles.len() * cues.len()];
+        let work = |(chunk, out): (usize, &mut [f64])| {
+            let count = out.len() / cues.len();
+            let first = chunk * CHUNK;
+            let (block, first) = (blocks[first / crate::rng::BLOCK], first % crate::rng::BLOCK);
+            let mut places = vec![0.0; points * 3 * count];
+            self.figure.model.points(block, first, count, &mut places);
+            let see = |k: usize| {
+                let (particle, point) = (k / points, k % points);
+                self.projection.see([0, 1, 2].map(|d| places[(3 * point + d) * count + particle]))
+            };
+            let seen: Vec<Seen> = (0..count * points).map(see).collect();
+            let posed = Posed { figure: self.figure, count, points: &places, seen: &seen, block, first };
+            for (cue, out) in cues.iter().zip(out.chunks_mut(count)) {
+                cue.score(&posed, out);
+            }
+        };
+        if cues.is_empty() {
+            return Vec::new();
+        }
+        if particles.len() >= PARALLEL {
+            rows.par_chunks_mut(CHUNK * cues.len()).enumerate().for_each(work);
+        } else {
+            rows.chunks_mut(CHUNK * cues.len()).enumerate().for_each(work);
+        }
+        let of_cue = |k: usize| {
+            let chunks = rows.chunks(CHUNK * cues.len());
+            let its = |chunk: &[f64]| chunk.chunks(chunk.len() / cues.len()).nth(k).unwrap_or(&[]).to_vec();
+            chunks.flat_map(its).collect()
+        };
+        (0..cues.len()).map(of_cue).collect()
+    }
+}
+
+impl Likelihood for Weighing<'_> {
+    fn log_likelihood(&self, particles: &ParticleSet, out: &mut [f64]) {
+        let losses = self.losses(particles);
+        let (cues, bounds) = losses.split_at(self.cues.len());
+        let forbidden = |i: usize| bounds.iter().map(|loss| loss[i]).sum::<f64>();
+        match self.blend {
+            Blend::Sum { sharpness } => {
+                for (i, out) in out.iter_mut().enumerate() {
+                    *out = -sharpness * cues.iter().map(|loss| loss[i]).sum::<f64>() - forbidden(i);
+                }
+            }
+            Blend::Rescaled { base, alpha, adapt } => {
+                let [first, second] = [0, 1].map(|k| cues.get(k).map_or(vec![0.0; out.len()], |loss| rescaled(loss)));
+                let alpha = weight(&first, &second, base, alpha, adapt);
+                for (i, out) in out.iter_mut().enumerate() {
+                    *out = -base.ln() * (alpha * first[i] + (2.0 - alpha) * second[i]) - forbidden(i);
+                }
+            }
+        }
+    }
+
+    /// Losses are not normalised: an image without an edge or a blob would seem better explained than a perfect one.
+    fn has_evidence(&self) -> bool {
+        false
+    }
+}
+
+/// Linearly to [0, 1] over the set; zero where all are equal.
+fn rescaled(distances: &[f64]) -> Vec<f64> {
+    let low = distances.iter().copied().fold(f64::INFINITY, f64::min);
+    let span = distances.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
+    distances.iter().map(|d| if span > 0.0 { (d - low) / span } else { 0.0 }).collect()
+}
+
+/// The weight of the first of two cues in this frame.
+fn weight(first: &[f64], second: &[f64], base: f64, alpha: f64, adapt: f64) -> f64 {
+    if adapt == 0.0 {
+        return alpha;
+    }
+    // How much a cue tells particles apart: one less its effective share of the set.
+    let discrimination = |distances: &[f64]| {
+        let weights: Vec<f64> = distances.iter().map(|d| (-base.ln() * d).exp()).collect();
+        let (sum, squares) = weights.iter().fold((0.0, 0.0), |(s, q), w| (s + w, q + w * w));
+        1.0 - sum * sum / (squares * weights.len() as f64)
+    };
+    let (a, b) = (discrimination(first), discrimination(second));
+    let told = if a + b > 0.0 { 2.0 * a / (a + b) } else { alpha };
+    alpha + adapt * (told - alpha)
+}
