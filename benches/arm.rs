@@ -44,7 +44,7 @@ fn worn() -> Noise {
     Noise {
         bias: some(0.08, 0.03),
         tilt: some(0.017, 0.003),
-        offset: some(0.01, 0.005),
+        patch_offset: some(0.01, 0.005),
         shoulder: some(0.03, 0.045),
         clock: some(0.05, 0.0),
         ..Noise::default()

@@ -21,7 +21,7 @@ from pytracker.rotation import multiply, rotation_vector_to_quaternion, triple
 from pytracker.simulate import ArmSimulation
 from pytracker.simulate.arm import look_at
 
-BEST = pt.Joint(offset=False)
+BEST = pt.Joint(patch_offset=False)
 
 
 @dataclass
@@ -203,8 +203,8 @@ def one_camera(shared: Callable[[str], Path]) -> np.ndarray:
 
 
 RIGID = pt.Smooth(
-    corrections=("rest",), accel_density=0.02, accel_growth=0.0, bias_start_sd=0.1, bias_density=0.02, offset=False,
-    tilt_start_sd_rad=0.004, tilt_density=0.0004, shoulder=False, clock_sd_s=0.0, mount_sd_rad=0.0,
+    corrections=("rest",), accel_density=0.02, accel_growth=0.0, bias_start_sd=0.1, bias_density=0.02,
+    patch_offset=False, tilt_start_sd_rad=0.004, tilt_density=0.0004, shoulder=False, clock_sd_s=0.0, mount_sd_rad=0.0,
     upper_arm_sd_m=0.0, forearm_sd_m=0.0, shoulder_place_sd_m=0.0, camera_turn_sd_rad=0.0, camera_distance_sd_m=0.0,
     focal_sd=0.0,
 )  # fmt: skip

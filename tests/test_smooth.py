@@ -122,8 +122,8 @@ def test_where_it_finds_no_trajectory_the_filters_estimates_stay_and_say_so(monk
 @pytest.mark.parametrize(
     "values",
     [
-        {"bias": False}, {"tilt_start_sd_rad": 0.0}, {"shoulder_sd_m": 0.0}, {"shoulder": False}, {"offset": False},
-        {"clock_sd_s": 0.0}, {"components": 1}, {"bias_density": 0.0, "tilt_density": 0.0},
+        {"bias": False}, {"tilt_start_sd_rad": 0.0}, {"shoulder_sd_m": 0.0}, {"shoulder": False},
+        {"patch_offset": False}, {"clock_sd_s": 0.0}, {"components": 1}, {"bias_density": 0.0, "tilt_density": 0.0},
     ],
     ids=str,
 )  # fmt: skip

@@ -26,7 +26,7 @@ ALL: list[ArmMethod] = [
     pt.Plain(particles=300, outlier_fraction=0.01),
     pt.Layered(particles=300, resampling="systematic", ess_threshold=0.5),
     pt.LayeredFromConstraint(particles=300),
-    pt.Joint(particles=300, bias=True, offset=True),
+    pt.Joint(particles=300, bias=True, patch_offset=True),
 ]
 
 

@@ -50,9 +50,9 @@ class ArmMethod(Method):
         bias: whether the acceleration bias (world frame) is estimated.
         bias_start_sd: bias at the start, m/s² per axis.
         bias_density: how fast it wanders, m/s²/√s, drawn back so that its spread stays `bias_start_sd`.
-        offset: whether the patch's offset from the joint (sensor frame) is estimated, beyond the one given.
-        offset_start_sd_m: offset at the start, m per axis.
-        offset_density: how fast it wanders, m/√s, drawn back so that its spread stays `offset_start_sd_m`.
+        patch_offset: whether the patch's offset from the joint (sensor frame) is estimated, beyond the one given.
+        patch_offset_start_sd_m: offset at the start, m per axis.
+        patch_offset_density: how fast it wanders, m/√s, drawn back so that its spread stays `patch_offset_start_sd_m`.
     """
 
     accel_density: float = 0.1
@@ -70,9 +70,9 @@ class ArmMethod(Method):
     bias: bool = False
     bias_start_sd: float = 0.15
     bias_density: float = 0.01
-    offset: bool = False
-    offset_start_sd_m: float = 0.015
-    offset_density: float = 0.005
+    patch_offset: bool = False
+    patch_offset_start_sd_m: float = 0.015
+    patch_offset_density: float = 0.005
 
     kind: ClassVar[str] = "arm"
     filter: ClassVar[str]
@@ -128,7 +128,7 @@ class LayeredFromConstraint(ParticleMethod):
 class Joint(ParticleMethod):
     """Colour and the arm's length weighed together, in one layer: the best here, with defaults tuned as such.
 
-    Acceleration bias and patch offset are estimated; `offset=False` where the patch is known to sit on the joint.
+    Acceleration bias and patch offset are estimated; `patch_offset=False` where the patch is known to sit on the joint.
     """
 
     particles: int = 5000
@@ -136,7 +136,7 @@ class Joint(ParticleMethod):
     arm_length_sd_m: float = 0.008
     bias: bool = True
     bias_density: float = 0.02
-    offset: bool = True
+    patch_offset: bool = True
 
     layers: Layers = (("inertial", ("colour", "arm_length")),)
 
@@ -204,8 +204,8 @@ class Mixture(ArmMethod):
     bias: bool = True
     bias_start_sd: float = 0.08
     bias_density: float = 0.03
-    offset: bool = True
-    offset_start_sd_m: float = 0.01
+    patch_offset: bool = True
+    patch_offset_start_sd_m: float = 0.01
     accel_growth: float = 0.3
     forearm_sd_rad: float = 0.07
     tilt_start_sd_rad: float = 0.017

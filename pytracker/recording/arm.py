@@ -37,7 +37,7 @@ LEAST_PX = 0.5
 """No detector is better."""
 WRIST_KEYPOINT_M = 0.012
 """From frame to frame a detector's wrist is off by as much across the picture."""
-WRIST_KEYPOINT = {"offset_start_sd_m": 0.02}
+WRIST_KEYPOINT = {"patch_offset_start_sd_m": 0.02}
 """And by this for good."""
 
 
@@ -101,7 +101,7 @@ def _spreads(entry: ArmFile) -> dict[str, float]:
         "shoulder_place_sd_m": [entry.arm.shoulder_sd_m],
         "mount_sd_rad": [np.radians(sd) for sd in [entry.imu[0].mount_sd_deg] if sd is not None],
         "clock_sd_s": [entry.imu[0].offset_sd_s],
-        "offset_start_sd_m": [camera.patch_offset_sd_m for camera in cameras],
+        "patch_offset_start_sd_m": [camera.patch_offset_sd_m for camera in cameras],
         "camera_turn_sd_rad": [np.radians(c.rotation_sd_deg) for c in cameras if c.rotation_sd_deg is not None],
         "camera_distance_sd_m": [camera.distance_sd_m for camera in cameras],
         "focal_sd": [camera.focal_sd for camera in cameras],

@@ -38,7 +38,7 @@ def label(method: Method) -> str:
             words = "EKF with constraint"
         elif "arm_projection" in method.corrections:
             words = "EKF, then projected to the arm"
-    extra = [name for name in ("bias", "offset") if getattr(method, name, False)]
+    extra = [name.replace("_", " ") for name in ("bias", "patch_offset") if getattr(method, name, False)]
     particles = getattr(method, "particles", None)
     if particles is not None:
         extra.insert(0, f"N = {particles}")

@@ -26,7 +26,7 @@ METHODS: dict[str, ArmMethod] = {
     "PF with constraint": Layered(particles=500),
     "EKF, projected to the arm": Ekf(corrections=("colour", "arm_projection"), accel_density=0.02),
     "EKF with constraint": Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15),
-    "PF, joint": Joint(offset=False),
+    "PF, joint": Joint(patch_offset=False),
 }
 """The paper's four, then ours; each tuned on simulated circles of seeds from 101 on."""
 

@@ -71,7 +71,7 @@ def _(track: ArmTrack) -> tuple[Found, ...]:
     if not isinstance(track.method, Smooth):
         return ()
     senses = len(track.recording.landmarks) + track.recording.has_upper_arm
-    first = MOTION_COLUMNS + 3 * (track.method.offset + track.method.shoulder + senses)
+    first = MOTION_COLUMNS + 3 * (track.method.patch_offset + track.method.shoulder + senses)
     names = list(_constants(track.method, len(track.recording.views)))
     known = np.isfinite(track.state_mean).all(axis=1)
     if track.state_mean.shape[1] != first + len(names) or not known.any():

@@ -103,7 +103,7 @@ pub fn robust(
 
 #[cfg(test)]
 mod tests {
-    use super::landmark::{Joint, Landmark};
+    use super::landmark::{Landmark, SeenJoint};
     use super::length::UpperArmLength;
     use super::rest::Rest;
     use super::upper_arm::Direction;
@@ -121,7 +121,7 @@ mod tests {
 
     fn noise() -> Noise {
         let some = |start_sd| Some(GaussMarkov { start_sd, density: 0.01 });
-        let (bias, tilt, offset) = (some(0.1), some(0.02), some(0.01));
+        let (bias, tilt, patch_offset) = (some(0.1), some(0.02), some(0.01));
         let setup = Setup {
             upper_arm_sd: 0.01,
             forearm_sd: 0.02,
@@ -134,7 +134,18 @@ mod tests {
         };
         let (shoulder, clock, setup) = (some(0.02), some(0.05), Some(setup));
         let (landmarks, upper_arm) = ([some(0.03), some(0.03)], some(0.05));
-        Noise { bias, offset, tilt, shoulder, landmarks, upper_arm, clock, setup, forearm_sd: 0.08, ..Noise::default() }
+        Noise {
+            bias,
+            patch_offset,
+            tilt,
+            shoulder,
+            landmarks,
+            upper_arm,
+            clock,
+            setup,
+            forearm_sd: 0.08,
+            ..Noise::default()
+        }
     }
 
     fn arm() -> Arm {
@@ -212,7 +223,7 @@ mod tests {
                 }
                 let views = [view(), view()];
                 let joint = |joint| Landmark { joint, camera: 1, pixel: sighting.pixel, sd: 3.0 };
-                let [shoulder, elbow] = [Joint::Shoulder, Joint::Elbow].map(|one| joint(one).seen_by(&views));
+                let [shoulder, elbow] = [SeenJoint::Shoulder, SeenJoint::Elbow].map(|one| joint(one).seen_by(&views));
                 let direction = Direction { time_s: 1.0, to_shoulder, sd: 0.05 };
                 let rest = Rest::new(posed.noise);
                 let cues: [&dyn Cue; 6] = [sighting, &UpperArmLength, &rest, &shoulder, &elbow, &direction];

@@ -91,7 +91,7 @@ pub struct InertialMotion {
 impl InertialMotion {
     /// Of the motion since the last frame.
     pub fn new(motion: Motion, layout: Layout, noise: &Noise) -> Self {
-        let (offset_kept, gained) = noise.offset.map_or((1.0, 0.0), |offset| offset.step(motion.elapsed_s));
+        let (offset_kept, gained) = noise.patch_offset.map_or((1.0, 0.0), |offset| offset.step(motion.elapsed_s));
         Self { factor: motion.factor(), motion, layout, offset_kept, offset_sd: gained.sqrt() }
     }
 
@@ -109,7 +109,7 @@ impl InertialMotion {
                     noise[(row, column)] = self.motion.noise[(r, c)];
                 }
             }
-            if let Some(offset) = self.layout.offset {
+            if let Some(offset) = self.layout.patch_offset {
                 transition[(offset + axis, offset + axis)] = self.offset_kept;
                 noise[(offset + axis, offset + axis)] = self.offset_sd * self.offset_sd;
             }
@@ -140,7 +140,7 @@ impl InertialMotion {
                     v[i] += u[(1, axis)];
                 }
             }
-            if let Some(offset) = self.layout.offset {
+            if let Some(offset) = self.layout.patch_offset {
                 block.column_mut(offset + axis).iter_mut().for_each(|x| *x *= self.offset_kept);
             }
         }
@@ -168,7 +168,7 @@ impl Transition for InertialMotion {
                 }
             }
         }
-        if let Some(offset) = self.layout.offset {
+        if let Some(offset) = self.layout.patch_offset {
             for axis in 0..3 {
                 add_normal(block.column_mut(offset + axis), self.offset_sd, rng);
             }

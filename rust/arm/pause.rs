@@ -38,7 +38,7 @@ impl Stretch {
         // A ray that passes the arm by: the point of it that is nearest.
         let half = (reach * reach - miss * miss).max(SLACK_M * SLACK_M).sqrt();
         let depth = camera.depth(origin + nearest * ray).abs();
-        let offset_sd = noise.offset.map_or(0.0, |offset| offset.start_sd);
+        let offset_sd = noise.patch_offset.map_or(0.0, |offset| offset.start_sd);
         let across_sd = (noise.pixel_sd * depth / camera.matrix()[(0, 0)]).hypot(offset_sd);
         Self { middle: origin + nearest * ray, half: half * ray, across_sd }
     }

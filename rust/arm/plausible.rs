@@ -128,7 +128,7 @@ fn aside(estimate: &Estimate, judged: &Judged<'_>) -> Option<f64> {
     let mut sum = 0.0;
     for sighting in judged.sightings {
         let mut offset = sighting.view.patch_offset;
-        if let Some(column) = Layout::new(judged.noise).offset {
+        if let Some(column) = Layout::new(judged.noise).patch_offset {
             offset += estimate.state.mean.fixed_rows::<3>(column);
         }
         let patch: Vector3<f64> = estimate.state.mean.fixed_rows::<3>(POSITION) + world_sensor * offset;

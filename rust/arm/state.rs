@@ -78,7 +78,7 @@ pub struct Noise {
     /// Acceleration bias in the world frame, m/s², where it is estimated.
     pub bias: Option<GaussMarkov>,
     /// Patch offset in the sensor frame, m, beyond the one given, where it is estimated.
-    pub offset: Option<GaussMarkov>,
+    pub patch_offset: Option<GaussMarkov>,
     /// Error of the measured orientation, a small turn in the world frame, rad, where it is estimated (mixture only).
     pub tilt: Option<GaussMarkov>,
     /// Where the shoulder is, beyond the place given, world, m, where it is estimated (mixture only).
@@ -122,7 +122,7 @@ impl Noise {
         require(positive(self.rest_speed), "rest_speed", self.rest_speed, "a positive number of m/s")?;
         require(zero_or_more(self.rest_accel), "rest_accel", self.rest_accel, "0 m/s² or more")?;
         require(zero_or_more(self.rest_turn_rate), "rest_turn_rate", self.rest_turn_rate, "0 rad/s or more")?;
-        let walks = [&self.bias, &self.offset, &self.tilt, &self.shoulder, &self.clock, &self.upper_arm];
+        let walks = [&self.bias, &self.patch_offset, &self.tilt, &self.shoulder, &self.clock, &self.upper_arm];
         for walk in walks.into_iter().chain(&self.landmarks).flatten() {
             require(zero_or_more(walk.start_sd), "start_sd of what is estimated", walk.start_sd, "0 or more")?;
             require(zero_or_more(walk.density), "density of what is estimated", walk.density, "0 or more")?;
@@ -150,7 +150,7 @@ impl Default for Noise {
             rest_accel: 0.2,
             rest_turn_rate: 0.1,
             bias: None,
-            offset: None,
+            patch_offset: None,
             tilt: None,
             shoulder: None,
             clock: None,
@@ -178,7 +178,7 @@ pub struct Layout {
     /// First column of the acceleration bias.
     pub bias: Option<usize>,
     /// First column of the patch offset.
-    pub offset: Option<usize>,
+    pub patch_offset: Option<usize>,
     /// First column of the orientation's error.
     pub tilt: Option<usize>,
     /// First column of the shoulder's displacement.
@@ -215,18 +215,18 @@ impl Layout {
         };
         let bias = take(noise.bias.is_some(), 3);
         let tilt = take(noise.tilt.is_some(), 3);
-        let offset = take(noise.offset.is_some(), 3);
+        let patch_offset = take(noise.patch_offset.is_some(), 3);
         let shoulder = take(noise.shoulder.is_some(), 3);
         let landmarks = noise.landmarks.map(|landmark| take(landmark.is_some(), 3));
         let upper_arm = take(noise.upper_arm.is_some(), 3);
         let clock = take(noise.clock.is_some(), 1);
         let setup = take(noise.setup.is_some(), noise.setup.map_or(0, |setup| setup.width()));
-        Self { bias, offset, tilt, shoulder, landmarks, upper_arm, clock, setup, dim }
+        Self { bias, patch_offset, tilt, shoulder, landmarks, upper_arm, clock, setup, dim }
     }
 
     /// What is estimated beside the columns that a worn sensor's motion mixes: first column, how many, process.
     pub fn others(self, noise: &Noise) -> Vec<(usize, usize, GaussMarkov)> {
-        let others = [(self.offset, 3, noise.offset), (self.shoulder, 3, noise.shoulder)];
+        let others = [(self.patch_offset, 3, noise.patch_offset), (self.shoulder, 3, noise.shoulder)];
         let seen = [0, 1].map(|joint| (self.landmarks[joint], 3, noise.landmarks[joint]));
         let last = [(self.upper_arm, 3, noise.upper_arm), (self.clock, 1, noise.clock)];
         let others =

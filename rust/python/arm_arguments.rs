@@ -77,9 +77,9 @@ struct NoiseArgument {
     bias: bool,
     bias_start_sd: f64,
     bias_density: f64,
-    offset: bool,
-    offset_start_sd_m: f64,
-    offset_density: f64,
+    patch_offset: bool,
+    patch_offset_start_sd_m: f64,
+    patch_offset_density: f64,
 }
 
 /// What a particle method has besides, read.
@@ -212,7 +212,7 @@ impl From<NoiseArgument> for Noise {
             rest_accel: noise.rest_accel,
             rest_turn_rate: noise.rest_turn_rate,
             bias: walk(noise.bias, noise.bias_start_sd, noise.bias_density),
-            offset: walk(noise.offset, noise.offset_start_sd_m, noise.offset_density),
+            patch_offset: walk(noise.patch_offset, noise.patch_offset_start_sd_m, noise.patch_offset_density),
             ..Self::default()
         }
     }

@@ -3,7 +3,7 @@
 use super::body_evidence::{extract_evidence, orientation};
 use super::{rows, same_length};
 use crate::Error;
-use crate::arm::cues::landmark::{Joint, Landmark};
+use crate::arm::cues::landmark::{Landmark, SeenJoint};
 use crate::observation::{self, Sample, What};
 use crate::quaternion::Quaternion;
 use nalgebra::{Vector2, Vector3};
@@ -83,7 +83,7 @@ impl Observation {
         camera: usize,
         index: Option<usize>,
     ) -> PyResult<Self> {
-        let landmark = Landmark { joint: Joint::from_name(joint)?, camera, pixel: pixel.into(), sd: sd_px };
+        let landmark = Landmark { joint: SeenJoint::from_name(joint)?, camera, pixel: pixel.into(), sd: sd_px };
         Ok(made(observation::Observation::landmark(time_s, landmark), index))
     }
 

@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, Matrix3, Vector2, Vector3};
 use pytracker::arm::cues::CueName;
-use pytracker::arm::cues::landmark::{Joint, Landmark};
+use pytracker::arm::cues::landmark::{Landmark, SeenJoint};
 use pytracker::arm::ekf::Correction;
 use pytracker::arm::motion::{InertialMotion, Motion, RandomWalk};
 use pytracker::arm::particle::{ArmLayer, Mover};

@@ -245,7 +245,7 @@ fn a_landmark_is_of_its_frame() {
         let method = Method::Mixture { corrections: vec![CueName::ArmLength], components: 4 };
         let (samples, frames) = recording();
         let pixel = view().camera.project(arm().shoulder).unwrap() + Vector2::new(30.0, 0.0);
-        let landmark = Landmark { joint: Joint::Shoulder, camera: 0, pixel, sd: 2.0 };
+        let landmark = Landmark { joint: SeenJoint::Shoulder, camera: 0, pixel, sd: 2.0 };
         let seen = frames.iter().filter_map(|(at, _)| Some(Observation::landmark(at - before_s?, landmark)));
         let mut all: Vec<Observation> = seen.chain(in_order(&samples, &frames)).collect();
         all.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));

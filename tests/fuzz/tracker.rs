@@ -66,7 +66,7 @@ fn worn() -> Noise {
     Noise {
         bias: walk(0.1, 0.03),
         tilt: walk(0.02, 0.003),
-        offset: walk(0.01, 0.0),
+        patch_offset: walk(0.01, 0.0),
         shoulder: walk(0.03, 0.04),
         clock: walk(0.05, 0.0),
         landmarks: [walk(0.03, 0.005), None],
@@ -138,7 +138,7 @@ fuzz_target!(|data: &[u8]| {
                 found.iter().flatten().for_each(is_one);
             }
             8 => {
-                let joint = if bytes.byte() % 2 == 0 { Joint::Shoulder } else { Joint::Elbow };
+                let joint = if bytes.byte() % 2 == 0 { SeenJoint::Shoulder } else { SeenJoint::Elbow };
                 let pixel = Vector2::new(320.0 + bytes.number(400.0), 240.0 + bytes.number(300.0));
                 let (camera, sd) = (usize::from(bytes.byte() == 0), bytes.number(10.0));
                 let _ = tracker.observe(Observation::landmark(time_s, Landmark { joint, camera, pixel, sd }));

@@ -36,7 +36,7 @@ impl<'a> Colour<'a> {
         let camera = &sighting.view.camera;
         let glued = self.world_sensor * sighting.view.patch_offset;
         let wrist = block.columns::<3>(POSITION);
-        match self.layout.offset {
+        match self.layout.patch_offset {
             None => camera.squared_distances(wrist, glued, sighting.pixel, distance2),
             Some(column) => {
                 let [x, y, z] = &self.patches(wrist, block.columns::<3>(column));
@@ -89,7 +89,7 @@ impl Likelihood for Colour<'_> {
 impl Cue for Sighting<'_> {
     fn linearise(&self, posed: &Posed<'_>, state: &DVector<f64>, _: Option<&DMatrix<f64>>) -> Result<Option<Linear>> {
         let mut offset = self.view.patch_offset;
-        if let Some(column) = posed.layout.offset {
+        if let Some(column) = posed.layout.patch_offset {
             offset += state.fixed_rows::<3>(column);
         }
         let (glued, by_tilt) = posed.turned(state, posed.world_sensor * offset);
@@ -98,7 +98,7 @@ impl Cue for Sighting<'_> {
         if let Some((column, by_tilt)) = by_tilt {
             slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * by_tilt));
         }
-        if let Some(column) = posed.layout.offset {
+        if let Some(column) = posed.layout.patch_offset {
             slope.fixed_view_mut::<2, 3>(0, column).copy_from(&(by_patch * posed.turn(state) * posed.world_sensor));
         }
         let residual = DVector::from_column_slice((self.pixel - pixel).as_slice());

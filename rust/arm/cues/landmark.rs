@@ -18,14 +18,14 @@ pub const SAME_FRAME_S: f64 = 0.01;
 
 /// What may be seen besides the patch on the wrist.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Joint {
+pub enum SeenJoint {
     /// Of the arm.
     Shoulder,
     /// Likewise.
     Elbow,
 }
 
-impl Joint {
+impl SeenJoint {
     /// One of [`crate::arm::state::JOINTS`].
     ///
     /// # Errors
@@ -43,7 +43,7 @@ impl Joint {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Landmark {
     /// Which joint.
-    pub joint: Joint,
+    pub joint: SeenJoint,
     /// Which of the cameras.
     pub camera: usize,
     /// Where, px.
@@ -73,7 +73,7 @@ impl Landmark {
 /// A landmark with the camera that saw it.
 #[derive(Debug, Clone, Copy)]
 pub struct SeenLandmark<'a> {
-    joint: Joint,
+    joint: SeenJoint,
     sd: f64,
     sighting: Sighting<'a>,
 }
@@ -88,8 +88,8 @@ impl SeenLandmark<'_> {
 impl Cue for SeenLandmark<'_> {
     fn linearise(&self, posed: &Posed<'_>, state: &DVector<f64>, _: Option<&DMatrix<f64>>) -> Result<Option<Linear>> {
         let (mut place, mut by_state) = match self.joint {
-            Joint::Shoulder => posed.shoulder(state),
-            Joint::Elbow => posed.elbow_seen(state),
+            SeenJoint::Shoulder => posed.shoulder(state),
+            SeenJoint::Elbow => posed.elbow_seen(state),
         };
         if let Some(column) = posed.layout.landmarks[self.column()] {
             place += state.fixed_rows::<3>(column);
@@ -98,8 +98,8 @@ impl Cue for SeenLandmark<'_> {
         }
         let mut noise = DMatrix::from_diagonal_element(2, 2, self.sd * self.sd);
         let (pixel, slope) = match self.joint {
-            Joint::Shoulder => posed.pixel_beside_shoulder(&self.sighting, state, place, &by_state)?,
-            Joint::Elbow => {
+            SeenJoint::Shoulder => posed.pixel_beside_shoulder(&self.sighting, state, place, &by_state)?,
+            SeenJoint::Elbow => {
                 let (pixel, by_place, slope) = posed.pixel(&self.sighting, state, place, &by_state)?;
                 let spread = by_place * posed.beside_forearm() * by_place.transpose();
                 noise += DMatrix::from_column_slice(2, 2, spread.as_slice());
