@@ -288,7 +288,7 @@ def test_another_renderers_body_with_keypoints_and_forearms(shared: Callable[[st
     plain = load(folder)
     assert plain.poses is not None
     found = []
-    for seed in (1, 2, 3):
+    for seed in range(1, 11):
         seen_with_noise(plain, tmp_path / "keypoints.csv", 3.0, np.random.default_rng(seed))
         recording = with_keypoints(folder, tmp_path / "keypoints.csv", tmp_path / f"kp{seed}")
         imus = []
@@ -302,12 +302,13 @@ def test_another_renderers_body_with_keypoints_and_forearms(shared: Callable[[st
         found.append(
             [
                 pt.evaluate(pt.track(of, method, seed), of.truth).average_m
-                for method in (pt.Partitioned(), pt.BodySmooth())
+                for method in (pt.BodySmooth(), *([pt.Partitioned()] if seed <= 3 else []))
                 for of in (recording, worn)
             ]
         )
-    keypoints, forearms, smoothed, both = np.mean(found, axis=0)
-    assert keypoints < 0.095
-    assert forearms < 0.06
+    smoothed, both = np.mean([one[:2] for one in found], axis=0)
+    keypoints, forearms = np.mean([one[2:] for one in found[:3]], axis=0)
     assert smoothed < 0.06
     assert both < 0.037
+    assert keypoints < 0.095
+    assert forearms < 0.06
