@@ -236,6 +236,17 @@ pub(crate) fn require(ok: bool, name: &'static str, value: f64, expected: &'stat
     if ok { Ok(()) } else { Err(Error::Parameter { name, value, expected }) }
 }
 
+/// No picture is larger, px.
+pub(crate) const MOST_PX: f64 = 1e6;
+
+/// Check that a picture may hold a pixel that was seen at `time_s`.
+pub(crate) fn require_pixel(name: &'static str, time_s: f64, pixel: [f64; 2]) -> crate::Result<()> {
+    match pixel.into_iter().find(|x| x.is_nan() || x.abs() > MOST_PX) {
+        Some(value) => Err(Error::NotFinite { name, time_s, value }),
+        None => Ok(()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -53,7 +53,7 @@ def test_files_of_a_run(report: Path, tracks: list[pt.Track]) -> None:
     assert set(metadata["recording"]["files"]) == {"recording.toml", "video.mp4", "imu.csv", "qualisys.tsv"}
     scores = json.loads((report / "scores.json").read_text("utf-8"))
     assert list(scores) == [*labels(tracks), HELD]
-    assert scores["PF with constraint (joint), N = 500, bias, offset"]["joints"]["wrist"]["rms_m"] > 0
+    assert scores["PF with constraint (joint), N = 500, bias, patch offset"]["joints"]["wrist"]["rms_m"] > 0
 
 
 def test_track_csv_has_a_row_a_frame_and_reads_back(report: Path, tracks: list[pt.Track]) -> None:
@@ -189,8 +189,8 @@ def test_page_prints_on_a4(browser: Browser, report: Path) -> None:
 
 def test_labels_are_told_apart(tracks: list[pt.Track]) -> None:
     assert labels([tracks[0], tracks[0]]) == [
-        "PF with constraint (joint), N = 500, bias, offset, seed 1 [1]",
-        "PF with constraint (joint), N = 500, bias, offset, seed 1 [2]",
+        "PF with constraint (joint), N = 500, bias, patch offset, seed 1 [1]",
+        "PF with constraint (joint), N = 500, bias, patch offset, seed 1 [2]",
     ]
 
 

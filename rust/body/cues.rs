@@ -34,7 +34,7 @@ use super::figure::Figure;
 use super::joints::Group;
 use super::skin::Blobs;
 use super::weighing::Cue;
-use crate::error::require_time;
+use crate::error::{require_pixel, require_time};
 use crate::parameters::Parameters;
 use crate::projection::Projection;
 use crate::{Error, Result};
@@ -132,9 +132,6 @@ impl Looks {
     }
 }
 
-/// No picture is larger, px.
-const MOST_PX: f64 = 1e6;
-
 /// Shape and values of an array of three axes, row by row.
 pub type Table = ([usize; 3], Vec<f64>);
 
@@ -215,14 +212,6 @@ impl Picture {
         require_time("frame time", time_s)?;
         self.blobs.iter().try_for_each(|blob| require_pixel("blob", time_s, *blob))?;
         keypoints::check(&self.keypoints, time_s)
-    }
-}
-
-/// Check that a picture may hold it.
-fn require_pixel(name: &'static str, time_s: f64, pixel: [f64; 2]) -> Result<()> {
-    match pixel.into_iter().find(|x| x.is_nan() || x.abs() > MOST_PX) {
-        Some(value) => Err(Error::NotFinite { name, time_s, value }),
-        None => Ok(()),
     }
 }
 
