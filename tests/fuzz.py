@@ -139,6 +139,17 @@ def mutated(data: bytes, rng: np.random.Generator) -> bytes:
     return bytes(out)
 
 
+MOTION = [f"{what}{axis}" for what in ("acceleration", "gravity", "rotationRate") for axis in "XYZ"]
+WATCH = (
+    "\n".join([",".join(["seconds_elapsed", *MOTION]), *(f"{k / 50},0,0,0,0,0,-1,0.1,0,0" for k in range(30))]) + "\n"
+)
+PHONE = "\n".join(["time,seconds_elapsed,z,y,x", *(f"{k}000,{k / 50},9.8,0.1,0" for k in range(30))]) + "\n"
+SHIMMER = "\n".join([
+    '"sep=,"', ",".join(f"S_{name}_CAL" for name in ("Timestamp_Unix", *(f"Accel_WR_{axis}" for axis in "XYZ"))),
+    "ms,m/(s^2),m/(s^2),m/(s^2)", *(f"{20 * k},0,0,9.8" for k in range(30)),
+]) + "\n"  # fmt: skip
+
+
 def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
     """A small file of every kind, and what reads it."""
     arm = pt.simulate_arm(folder / "arm", pt.ArmScene(duration_s=1.0), 1)
@@ -158,6 +169,10 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
     truth = b"time_s,wrist_x_m,wrist_y_m,wrist_z_m\n0,1,2,3\n0.1,1,2,3\n0.2,1,,3\n"
     study = SMALL_STUDY.encode()
 
+    (folder / "phone").mkdir()
+    for name in ("Gyroscope", "Accelerometer"):
+        (folder / "phone" / f"{name}.csv").write_text(PHONE)
+
     def keypoints(path: Path) -> object:
         return with_spreads(read_keypoints(path))
 
@@ -173,6 +188,10 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ),
         ("MT_1.txt", xsens, imu_log),
         ("phyphox.csv", PHYPHOX.encode(), imu_log),
+        ("WristMotion.csv", WATCH.encode(), imu_log),
+        ("shimmer.csv", SHIMMER.encode(), imu_log),
+        ("phone/Gyroscope.csv", PHONE.encode(), lambda path: imu_log(path.parent)),
+        ("phone/Accelerometer.csv", PHONE.encode(), lambda path: imu_log(path.parent)),
         ("any-imu.csv", imu, lambda path: find_conventions(read_imu(path))),
         ("mapped.csv", imu, lambda path: read_imu(path, columns={"mag_x": "acc_x", "q_w": "q_z"})),
         ("MT9_cal_1.log", mt9, lambda path: check(read_imu(path))),

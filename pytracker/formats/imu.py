@@ -6,6 +6,7 @@
 | mt-manager | Xsens MT Manager text export, any columns and delimiter | `mt_manager` |
 | mt9-log | Xsens MT9 software logs, acceleration and orientation in two files | `mt9_log` |
 | mat | MATLAB, such as BROAD's | `mat` |
+| phone | a phone's or a watch's: a folder with a CSV a sensor, or Core Motion in one | `imu_phone` |
 """
 
 from __future__ import annotations
@@ -21,10 +22,11 @@ from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
 from pytracker.formats.imu_gravity import WINDOW_S, at_rest, check_up, unsteadiness
 from pytracker.formats.imu_log import ImuLog
+from pytracker.formats.imu_phone import files_of_phone, is_motion, read_motion, read_phone
 from pytracker.formats.mat import is_mat, read_mat_imu
 from pytracker.formats.text import read_lines
 
-__all__ = ["FORMATS", "orient", "read_imu"]
+__all__ = ["FORMATS", "files_of_imu", "orient", "read_imu"]
 
 Float = NDArray[np.float64]
 
@@ -42,7 +44,7 @@ LEAST_UNSTEADY = 0.4
 STEADIER = 0.4
 """Another gyroscope must leave gravity this much steadier; a movement without turns tells nothing."""
 
-FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat")
+FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "phone")
 
 
 def read_imu(
@@ -61,13 +63,15 @@ def read_imu(
     """
     if form not in FORMATS:
         raise InputError(f"IMU format is {form!r}, expected one of: {', '.join(FORMATS)}")
-    if form == "auto" and is_mat(path):
-        form = "mat"
-    lines = [] if form == "mat" else read_lines(path)
+    if form == "auto":
+        form = "phone" if path.is_dir() else "mat" if is_mat(path) else "auto"
+    lines = [] if form == "mat" or path.is_dir() else read_lines(path)
     if form == "auto":
         form = _recognise(path, lines)
     if form == "mat":
         log = read_mat_imu(path, rate_hz)
+    elif form == "phone":
+        log = read_phone(path) if path.is_dir() else read_motion(path, lines)
     elif form == "mt-manager":
         log = mt_manager.read(path, lines, rate_hz)
     elif form == "mt9-log":
@@ -85,6 +89,8 @@ def _recognise(path: Path, lines: list[str]) -> str:
     first = next(line for line in lines if line.strip())
     if first.startswith("//") or "PacketCounter" in first:
         return "mt-manager"
+    if is_motion(lines):
+        return "phone"
     words = first.replace(",", " ").replace(";", " ").split()
     try:
         [float(word) for word in words]
@@ -96,6 +102,11 @@ def _recognise(path: Path, lines: list[str]) -> str:
         f"{path}:1: begins with numbers ({first[:40]!r}) but is not tab-separated like an MT9 log, "
         "expected a header such as time_s,acc_x,acc_y,acc_z,q_w,q_x,q_y,q_z"
     )
+
+
+def files_of_imu(path: Path) -> list[Path]:
+    """What is read of it: the file, or the CSV files of a phone's folder."""
+    return list(files_of_phone(path).values()) if path.is_dir() else [path]
 
 
 def orient(log: ImuLog) -> ImuLog:

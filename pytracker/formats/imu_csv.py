@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,10 +17,12 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.imu_names import known_as
+from pytracker.formats.imu_names import known_as, of_shimmer
 from pytracker.formats.text import parse_table
 
-__all__ = ["read"]
+__all__ = ["Header", "header_of", "read"]
+
+SEPARATOR = re.compile(r'"?sep=', re.IGNORECASE)
 
 ACC = ("acc_x", "acc_y", "acc_z")
 GYR = ("gyr_x", "gyr_y", "gyr_z")
@@ -33,16 +36,44 @@ QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 OURS = {"time_s", *ACC, *GYR, *MAG, *QUATERNION}
 
 
-def read(path: Path, lines: list[str], columns: Mapping[str, str] | None = None) -> ImuLog:
-    """From the file's lines; `columns` says what ours are called in the file. Raises `InputError`."""
-    first = next(k for k, line in enumerate(lines) if line.strip() and not line.lower().startswith("sep="))
-    header = lines[first]
-    delimiter = max(",;\t", key=header.count)
+@dataclass(frozen=True)
+class Header:
+    """How a CSV names its columns.
+
+    Attributes:
+        first: number of its line, from 1: rows follow it.
+        delimiter: between cells.
+        names: in small letters, as they are.
+        lines: the whole file's, with points for decimals.
+    """
+
+    first: int
+    delimiter: str
+    names: tuple[str, ...]
+    lines: list[str]
+
+
+def header_of(lines: list[str]) -> Header:
+    """Of a file's lines; what says `sep=` and blank lines are passed over."""
+    named = (k for k, line in enumerate(lines) if line.strip() and not SEPARATOR.match(line))
+    first = next(named, len(lines) - 1)
+    delimiter = max(",;\t", key=lines[first].count)
     if delimiter == ";":
         # Where semicolons part the cells, a comma is that of a decimal.
         lines = [*lines[: first + 1], *(line.replace(",", ".") for line in lines[first + 1 :])]
-    theirs = [name.strip().strip('"').lower() for name in header.split(delimiter)]
-    names, factors = _ours(path, theirs, columns or {})
+    names = [name.strip().strip('"').lower() for name in lines[first].split(delimiter)]
+    below = lines[first + 1].split(delimiter) if first + 1 < len(lines) else []
+    if any(name.endswith("_cal") for name in names) and len(below) == len(names):
+        names, first = of_shimmer(names, [unit.strip().strip('"') for unit in below]), first + 1
+    # A comma at the end of every line begins no column.
+    return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines)
+
+
+def read(path: Path, lines: list[str], columns: Mapping[str, str] | None = None) -> ImuLog:
+    """From the file's lines; `columns` says what ours are called in the file. Raises `InputError`."""
+    header = header_of(lines)
+    lines, delimiter, first = header.lines, header.delimiter, header.first - 1
+    names, factors = _ours(path, list(header.names), columns or {})
     if len(names) > MOST_COLUMNS:
         raise InputError(
             f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?"

@@ -7,12 +7,15 @@ Orientations by other names are not guessed: the order of their numbers has to b
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pytracker.formats.imu_gravity import GRAVITY
 
-__all__ = ["Column", "known_as"]
+__all__ = ["Column", "known_as", "of_shimmer"]
 
+SHIMMER = re.compile(r".*?(accel_ln|accel_wr|gyro|mag|timestamp(?:sync)?(?:_unix)?)(?:_([xyz]))?_cal")
+"""Shimmer's: the device, the sensor, the axis; of two accelerometers the one of low noise and the one of wide range."""
 UNIT = re.compile(r"[\(\[]([^\)\]]*)[\)\]]")
 TIME = {"time", "times", "t", "timestamp", "timestamps", "secondselapsed", "elapsed", "elapsedtime"}
 SENSORS = {
@@ -41,6 +44,21 @@ class Column:
 
     name: str
     factor: float
+
+
+def of_shimmer(names: Sequence[str], units: Sequence[str]) -> list[str]:
+    """Columns of Shimmer's and the units in the row below them, as names that are known; others as they are.
+
+    Of two accelerometers it is the one of wide range: a wrist that moves is beyond the other.
+    """
+    found = [SHIMMER.fullmatch(name) for name in names]
+    has_wide = any(match and match[1] == "accel_wr" for match in found)
+    known = {"accel_wr": "acc", "accel_ln": "low noise" if has_wide else "acc", "gyro": "gyr", "mag": "mag"}
+    plain = [re.sub(r"[()]", "", unit.lower()).replace("secs", "s").replace("sec", "s") for unit in units]
+    return [
+        name if match is None else f"{known.get(match[1], 'timestamp')} {match[2] or ''} ({unit})"
+        for name, unit, match in zip(names, plain, found, strict=True)
+    ]
 
 
 def known_as(header: str) -> Column | None:

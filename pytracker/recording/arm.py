@@ -9,6 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
+from pytracker.formats.imu import files_of_imu
 from pytracker.formats.video_steady import camera_moves
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
@@ -69,7 +70,8 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     if len(entry.imu) > 1 and (folder / entry.imu[0].file).resolve() == (folder / entry.imu[1].file).resolve():
         raise InputError(f"{path}: imu[1].file is that of imu[0], {entry.imu[1].file}, expected another sensor's")
     upper = [upper_arm_imu(folder, f"{path}: imu[1]", worn, arm, imu, views[0].start_s) for worn in entry.imu[1:]]
-    names = [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
+    sensors = [file for worn in entry.imu for file in files_of_imu(folder / worn.file)]
+    names = [worn.orientation_file for worn in entry.imu]
     names += [camera.video for camera in entry.camera] + [entry.truth.file if entry.truth else None]
     detected = [file for c in entry.camera if c.keypoints is not None for file in files_of(folder / c.keypoints)]
     return ArmRecording(
@@ -81,7 +83,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         truth=truth,
         spreads=_by_keypoints(views, arm) | _spreads(entry) | start_sds,
         folder=folder,
-        files=(path, *(folder / name for name in names if name is not None), *detected),
+        files=(path, *sensors, *(folder / name for name in names if name is not None), *detected),
         warnings=(
             *warnings,
             *(words for _, said in upper for words in said),

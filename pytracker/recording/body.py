@@ -12,6 +12,7 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.formats import video
 from pytracker.formats.asf import read_asf
+from pytracker.formats.imu import files_of_imu
 from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video_steady import camera_moves
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
@@ -70,9 +71,10 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
         warnings += _changed(folder / entry.initial.angles, inputs)
     warnings += _of_camera(path, view, camera_entry.focal_sd or 0.0)
     names = [camera_entry.video, camera_entry.background, camera_entry.points]
-    names += [name for worn in entry.imu for name in (worn.file, worn.orientation_file)]
+    names += [worn.orientation_file for worn in entry.imu]
     names += [entry.truth.file if entry.truth else None, entry.initial.angles if entry.initial else None]
     files = [folder / name for name in names if name is not None]
+    files += [file for worn in entry.imu for file in files_of_imu(folder / worn.file)]
     files += files_of(folder / camera_entry.keypoints) if camera_entry.keypoints else []
     return BodyRecording(
         view=view,

@@ -1,0 +1,236 @@
+"""Phones and watches: a folder with a CSV for every sensor (Sensor Logger, phyphox), or Apple's motion in one file.
+
+Every sensor ticks on its own: turn rate and magnetic field are interpolated at the accelerometer's times. Apple counts
+accelerations and gravity the other way round than everybody else (Core Motion: at rest, face up, z reads -1 g).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+from pytracker.formats.imu_csv import Header, header_of
+from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.formats.imu_log import ImuLog
+from pytracker.formats.imu_names import known_as
+from pytracker.formats.text import parse_table, read_lines
+
+__all__ = ["files_of_phone", "is_motion", "read_motion", "read_phone"]
+
+Float = NDArray[np.float64]
+
+TOTAL = ("totalacceleration",)
+LINEAR = ("accelerometer", "acceleration", "accelerationwithg")
+OF_GRAVITY = ("gravity",)
+GYROSCOPE = ("gyroscope", "gyroscoperotationrate", "gyro")
+MAGNETOMETER = ("magnetometer", "magneticfield")
+WATCH = "wristmotion"
+METADATA = "metadata"
+PHYPHOX = "meta"
+"""The folder in which phyphox says of itself; it counts as Android does on any phone."""
+MOTION = re.compile(r"(useracceleration|useracc|acceleration|acc|gravity|rotationrate)(x|y|z)")
+"""Columns of Core Motion, by whatever app."""
+HEADER_LINES = 10
+"""A header comes within these."""
+LEAST_GRAVITY = 0.5
+"""Of the usual, in the median: less is none, or is in g."""
+LONG_GAP = 10.0
+"""A sensor that is silent for so many of its usual intervals has lost samples."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sensor:
+    """Three axes of one sensor: line numbers and time, s `(M,)`, and values `(M, 3)`."""
+
+    path: Path
+    lines: NDArray[np.int64]
+    time_s: Float
+    values: Float
+
+    def at(self, time_s: Float) -> Float:
+        """Between its samples `(T, 3)`."""
+        return np.stack([np.interp(time_s, self.time_s, self.values[:, d]) for d in range(3)], axis=1)
+
+
+def files_of_phone(folder: Path) -> dict[str, Path]:
+    """The CSV files of a folder by their names in small letters, without what is not one."""
+    names = {path: re.sub("[^a-z]", "", path.stem.lower()) for path in sorted(folder.glob("*.csv"))}
+    return {name: path for path, name in names.items()}
+
+
+def read_phone(folder: Path) -> ImuLog:
+    """A folder as Sensor Logger and phyphox export it. Raises `InputError`."""
+    files = files_of_phone(folder)
+    of = _platform(files.get(METADATA))
+    if WATCH in files:
+        log = read_motion(files[WATCH], read_lines(files[WATCH]))
+        words = f"{folder.name} holds a watch's motion and a phone's: the watch's is taken, WristMotion.csv"
+        has_phone = any(name in files for name in (*TOTAL, *LINEAR, *GYROSCOPE))
+        return dataclasses.replace(log, warnings=(words,) if has_phone else ())
+    acc = _acceleration(folder, files)
+    sign = -1.0 if of.is_apple and not of.is_standard else 1.0
+    warnings = []
+    if not (of.is_known or (folder / PHYPHOX).is_dir() or any(name in files for name in TOTAL)):
+        warnings.append(
+            f"{folder.name} has no Metadata.csv that says which phone it was: acceleration is taken to be up at rest, "
+            "as Android counts it; Sensor Logger on an iPhone counts it the other way round, unless it is told to "
+            "standardise frames"
+        )
+    gyr, mag = _found(files, GYROSCOPE, "gyr"), _found(files, MAGNETOMETER, "mag")
+    return _together(acc, sign, gyr, mag, tuple(warnings))
+
+
+def is_motion(lines: list[str]) -> bool:
+    """Whether the columns are Core Motion's: acceleration without gravity, gravity, rotation rate."""
+    names = {re.sub("[^a-z]", "", name) for name in header_of(lines[:HEADER_LINES]).names}
+    return {"gravityx", "rotationratex"} <= names
+
+
+def read_motion(path: Path, lines: list[str]) -> ImuLog:
+    """Core Motion in one file, such as a watch's `WristMotion.csv`. Raises `InputError`.
+
+    In g its signs are Apple's; where Sensor Logger standardises units to m/s², it turns the signs too.
+    """
+    header = header_of(lines)
+    names = [_motion_name(name) for name in header.names]
+    groups = {group: tuple(f"{group}_{axis}" for axis in "xyz") for group in ("acc", "gravity", "gyr")}
+    missing = [name for group in groups.values() for name in group if name not in names]
+    if missing or "time_s" not in names:
+        raise InputError(
+            f"{path}:{header.first}: Core Motion's columns lack {', '.join([*missing, 'time'][:6])}, expected "
+            "acceleration, gravity and rotationRate along X, Y, Z, and seconds_elapsed"
+        )
+    wanted = {"time_s", *(name for group in groups.values() for name in group)}
+    table = parse_table(path, header.lines, header.first, names, header.delimiter, wanted)
+    time_s, *found = (table.columns(*group) for group in (("time_s",), *groups.values()))
+    assert time_s is not None
+    acc, gravity, gyr = found
+    assert acc is not None
+    assert gravity is not None
+    norm = float(np.median(np.linalg.norm(gravity, axis=1)))
+    if not (0.9 < norm < 1.1 or 0.9 < norm / GRAVITY < 1.1):
+        raise InputError(f"{path}: gravity is {norm:.3g} long in the median, expected 1 g or {GRAVITY:.2f} m/s²")
+    force = (-GRAVITY if norm < 2.0 else 1.0) * (acc + gravity)
+    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0] - time_s[0, 0], acc=force, gyr=gyr)
+
+
+def _motion_name(name: str) -> str:
+    """`acc_x`, `gravity_x`, `gyr_x`, `time_s`; others as they are."""
+    plain = re.sub(r"[^a-z]", "", name.lower())
+    if match := MOTION.fullmatch(plain):
+        group = {"gravity": "gravity", "rotationrate": "gyr"}.get(match[1], "acc")
+        return f"{group}_{match[2]}"
+    return "time_s" if plain in ("secondselapsed", "times", "relativetime") else name
+
+
+@dataclass(frozen=True)
+class Platform:
+    """Which phone it was, and whether the app turned its signs to Android's."""
+
+    is_known: bool = False
+    is_apple: bool = False
+    is_standard: bool = False
+
+
+def _platform(file: Path | None) -> Platform:
+    """As Sensor Logger's Metadata.csv says."""
+    lines = read_lines(file) if file is not None else []
+    if len(lines) < 2:
+        return Platform()
+    said = dict(zip(lines[0].lower().split(","), lines[1].lower().split(","), strict=False))
+    platform = said.get("platform", "")
+    return Platform(platform in ("ios", "android"), platform == "ios", said.get("standardisation", "") == "true")
+
+
+def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
+    """With gravity in it: as it is, or put together. Raises `InputError`."""
+    if (total := _found(files, TOTAL, "acc")) is not None:
+        return total
+    acc, gravity = _found(files, LINEAR, "acc"), _found(files, OF_GRAVITY, "acc")
+    if acc is None:
+        there = ", ".join(path.name for path in files.values()) or "no CSV file"
+        raise InputError(
+            f"{folder}: a folder with {there}, expected a phone's: Accelerometer.csv and Gyroscope.csv, with "
+            "TotalAcceleration.csv or Gravity.csv of Sensor Logger; or WristMotion.csv of a watch"
+        )
+    length = float(np.median(np.linalg.norm(acc.values, axis=1)))
+    if length > LEAST_GRAVITY * GRAVITY:
+        return acc
+    if gravity is None:
+        raise InputError(
+            f"{acc.path}: acceleration is {length:.2f} m/s² in the median, expected about {GRAVITY:.1f}: gravity is "
+            "not in it; expected TotalAcceleration.csv or Gravity.csv beside it"
+        )
+    covered = (acc.time_s >= gravity.time_s[0]) & (acc.time_s <= gravity.time_s[-1])
+    values = acc.values + gravity.at(acc.time_s)
+    return Sensor(acc.path, acc.lines[covered], acc.time_s[covered], values[covered])
+
+
+def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Sensor | None:
+    """The first file of one of these names, read as a `sensor`. Raises `InputError`."""
+    path = next((files[name] for name in called if name in files), None)
+    if path is None:
+        return None
+    header = header_of(read_lines(path))
+    names, factors = _named(header, sensor)
+    axes = tuple(f"{sensor}_{axis}" for axis in "xyz")
+    if missing := [name for name in ("time_s", *axes) if name not in names]:
+        raise InputError(
+            f"{path}:{header.first}: header has no column {', '.join(missing)} (it has {', '.join(header.names)[:99]}),"
+            " expected seconds_elapsed or Time (s), and x, y, z"
+        )
+    table = parse_table(path, header.lines, header.first, names, header.delimiter, {"time_s", *axes})
+    time_s, values = table.columns("time_s"), table.columns(*axes)
+    assert time_s is not None
+    assert values is not None
+    time_s *= factors["time_s"]
+    if (back := np.flatnonzero(~(np.diff(time_s[:, 0]) >= 0))).size:
+        line = int(table.lines[back[0] + 1])
+        raise InputError(f"{path}:{line}: time goes back to {time_s[back[0] + 1, 0]} s, expected increasing times")
+    # A row without a value is none: what is between its neighbours is interpolated, and told where it is long.
+    has = np.isfinite(values).all(axis=1)
+    if not has.any():
+        raise InputError(f"{path}: none of its {len(values)} rows has x, y and z, expected a sensor's values")
+    return Sensor(path, table.lines[has], time_s[has, 0], values[has] * np.array([factors[name] for name in axes]))
+
+
+def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
+    """Columns in our terms, and the factors of their units."""
+    names, factors = list(header.names), {}
+    for k in sorted(range(len(names)), key=lambda k: "elapsed" not in header.names[k]):
+        column = known_as(header.names[k]) or known_as(f"{sensor} {header.names[k]}")
+        if column is not None and column.name not in factors:
+            names[k], factors[column.name] = column.name, column.factor
+    return names, factors
+
+
+def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, warnings: tuple[str, ...]) -> ImuLog:
+    """At the accelerometer's times, as far as every sensor goes. Raises `InputError`."""
+    others = [sensor for sensor in (gyr, mag) if sensor is not None]
+    first, last = max(s.time_s[0] for s in (acc, *others)), min(s.time_s[-1] for s in (acc, *others))
+    # Twice the same time says nothing twice.
+    kept = (acc.time_s >= first) & (acc.time_s <= last) & np.append(True, np.diff(acc.time_s) > 0)
+    if kept.sum() < 2:
+        spans = "; ".join(f"{s.path.name} {s.time_s[0]:.2f} to {s.time_s[-1]:.2f} s" for s in (acc, *others))
+        raise InputError(f"{acc.path.parent}: its sensors do not overlap ({spans}), expected one recording")
+    time_s = acc.time_s[kept]
+    said = []
+    for sensor in others:
+        wait = np.diff(sensor.time_s)
+        if (longest := float(wait.max())) > LONG_GAP * float(np.median(wait)):
+            said.append(f"{sensor.path.name} says nothing for {longest:.2f} s: what is between is interpolated")
+    return ImuLog(
+        path=acc.path,
+        lines=acc.lines[kept],
+        time_s=time_s,
+        acc=sign * acc.values[kept],
+        gyr=None if gyr is None else gyr.at(time_s),
+        mag=None if mag is None else mag.at(time_s),
+        warnings=(*warnings, *said),
+    )

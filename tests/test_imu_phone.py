@@ -1,0 +1,181 @@
+"""A phone's and a watch's recordings: a CSV a sensor, Core Motion in one file; Shimmer's units in a row."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.formats.imu import files_of_imu, read_imu
+from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.rotation import Array, rotate
+from pytracker.setup import check, init
+
+TIME_S = np.arange(300) / 100
+TURN = np.stack([0.4 * np.sin(TIME_S), 0.3 * np.cos(2 * TIME_S), np.full(300, 0.2)], axis=1)
+FORCE = np.stack([np.sin(3 * TIME_S), np.zeros(300), np.full(300, GRAVITY)], axis=1)
+UP = np.array([0.0, 0.0, GRAVITY])
+ANDROID = "version,platform,standardisation\n1.5,android,false\n"
+IPHONE = "version,platform,standardisation\n1.5,ios,false\n"
+STANDARD = "version,platform,standardisation\n1.5,ios,true\n"
+
+
+def sensor(path: Path, time_s: Array, values: Array) -> None:
+    """As Sensor Logger writes it: axes from z to x."""
+    rows = [
+        f"{1.7e18 + 1e9 * t:.0f},{t:.6f},{z:.9f},{y:.9f},{x:.9f}" for t, (x, y, z) in zip(time_s, values, strict=True)
+    ]
+    path.write_text("\n".join(["time,seconds_elapsed,z,y,x", *rows]) + "\n")
+
+
+def phone(folder: Path, metadata: str, sign: float = 1.0) -> Path:
+    """Acceleration without gravity, gravity, and a gyroscope that ticks on its own and begins later."""
+    folder.mkdir()
+    sensor(folder / "Accelerometer.csv", TIME_S, sign * (FORCE - UP))
+    sensor(folder / "Gravity.csv", TIME_S, sign * np.tile(UP, (300, 1)))
+    sensor(folder / "Gyroscope.csv", TIME_S[10:] + 0.004, TURN[10:])
+    if metadata:
+        (folder / "Metadata.csv").write_text(metadata)
+    return folder
+
+
+@pytest.mark.parametrize(("metadata", "sign"), [(ANDROID, 1.0), (IPHONE, -1.0), (STANDARD, 1.0)])
+def test_a_phones_sensors_are_put_together(metadata: str, sign: float, tmp_path: Path) -> None:
+    log = read_imu(phone(tmp_path / "phone", metadata, sign))
+    assert log.acc is not None
+    assert log.gyr is not None
+    assert log.warnings == ()
+    assert log.time_s == pytest.approx(TIME_S[11:])  # from where there is a gyroscope
+    assert log.acc == pytest.approx(FORCE[11:], abs=1e-6)
+    between = [np.interp(TIME_S[11:], TIME_S[10:] + 0.004, TURN[10:, d]) for d in range(3)]
+    assert log.gyr == pytest.approx(np.stack(between, axis=1), abs=1e-6)
+
+
+def test_total_acceleration_is_taken_where_there_is_one(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", "")
+    assert "Metadata.csv" in read_imu(folder).warnings[0]
+    sensor(folder / "TotalAcceleration.csv", TIME_S, FORCE + np.array([0.0, 1.0, 0.0]))
+    log = read_imu(folder)
+    assert log.acc is not None
+    assert log.acc[0, 1] == pytest.approx(1.0)
+    assert log.warnings == ()
+    assert {path.name for path in files_of_imu(folder)} == {
+        "Accelerometer.csv", "Gravity.csv", "Gyroscope.csv", "TotalAcceleration.csv",
+    }  # fmt: skip
+
+
+def test_phyphox_exports_a_folder_too(tmp_path: Path) -> None:
+    folder = tmp_path / "Acceleration and rotation"
+    (folder / "meta").mkdir(parents=True)
+    for name, unit, values in (("Accelerometer", "m/s^2", FORCE), ("Gyroscope", "rad/s", TURN)):
+        head = ",".join(['"Time (s)"', *(f'"{axis} ({unit})"' for axis in "XYZ")])
+        rows = [",".join(f"{cell:.6e}" for cell in (t, *row)) for t, row in zip(TIME_S, values, strict=True)]
+        (folder / f"{name}.csv").write_text("\n".join([head, *rows]) + "\n")
+    log = read_imu(folder)
+    assert log.acc == pytest.approx(FORCE, abs=1e-5)
+    assert log.gyr == pytest.approx(TURN, abs=1e-5)
+    assert log.warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("break_it", "words"),
+    [
+        (
+            lambda f: (f / "Gravity.csv").unlink(),
+            r"0\.\d\d m/s² in the median, expected about 9.8: gravity is not in it",
+        ),
+        (lambda f: [path.unlink() for path in f.glob("*.csv")], "with no CSV file, expected a phone's"),
+        (lambda f: sensor(f / "Gyroscope.csv", TIME_S + 60, TURN), "its sensors do not overlap .*Gyroscope.csv 60.00"),
+        (lambda f: sensor(f / "Gyroscope.csv", TIME_S[::-1], TURN), "Gyroscope.csv:3: time goes back"),
+        (lambda f: sensor(f / "Gyroscope.csv", TIME_S, np.nan * TURN), "none of its 300 rows has x, y and z"),
+        (lambda f: (f / "Gyroscope.csv").write_text("a,b\n1,2\n"), "header has no column time_s, gyr_x, gyr_y, gyr_z"),
+    ],
+)
+def test_what_a_folder_lacks_is_said(break_it: object, words: str, tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    break_it(folder)  # type: ignore[operator]
+    with pytest.raises(pt.InputError, match=words):
+        read_imu(folder)
+
+
+def test_a_sensor_that_pauses_is_told(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    kept = (TIME_S < 1.0) | (TIME_S > 1.5)
+    sensor(folder / "Gyroscope.csv", TIME_S[kept], TURN[kept])
+    assert "Gyroscope.csv says nothing for 0.52 s" in read_imu(folder).warnings[0]
+
+
+def watch(path: Path, unit: float) -> Path:
+    """A watch's motion: in g with Apple's signs, or standardised."""
+    names = [f"{what}{axis}" for what in ("rotationRate", "gravity", "acceleration") for axis in "XYZ"]
+    values = np.hstack([TURN, np.tile(UP, (300, 1)) / unit, (FORCE - UP) / unit])
+    rows = [f"{1.7e18:.0f},{t:.6f}," + ",".join(f"{x:.9f}" for x in row) for t, row in zip(TIME_S, values, strict=True)]
+    path.write_text("\n".join([",".join(["time", "seconds_elapsed", *names]), *rows]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize("unit", [-GRAVITY, 1.0])
+def test_a_watch_is_read_whatever_its_units(unit: float, tmp_path: Path) -> None:
+    log = read_imu(watch(tmp_path / "WristMotion.csv", unit))
+    assert log.acc == pytest.approx(FORCE, abs=1e-6)
+    assert log.gyr == pytest.approx(TURN, abs=1e-6)
+
+
+def test_of_a_phones_folder_the_watch_is_taken(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", IPHONE, -1.0)
+    watch(folder / "WristMotion.csv", -GRAVITY)
+    log = read_imu(folder)
+    assert log.path.name == "WristMotion.csv"
+    assert "the watch's is taken" in log.warnings[0]
+
+
+def test_shimmers_units_stand_in_a_row(tmp_path: Path) -> None:
+    names = [f"S_Wrist_{name}_CAL" for name in (
+        "Timestamp_Unix", *(f"{what}_{axis}" for what in ("Accel_LN", "Accel_WR", "Gyro") for axis in "XYZ"), "Battery",
+    )]  # fmt: skip
+    units = ["ms", *["m/(s^2)"] * 6, *["deg/s"] * 3, "mV"]
+    rows = [
+        ",".join(
+            [f"{1.6e12 + 10 * k:.1f}", "0,0,19.6", *(f"{x:.6f}" for x in (*FORCE[k], *np.degrees(TURN[k]))), "4000"]
+        )
+        for k in range(300)
+    ]
+    path = tmp_path / "shimmer.csv"
+    path.write_text(
+        "\n".join(['"sep=,"', ",".join(names) + ",", ",".join(units) + ",", *(row + "," for row in rows)]) + "\n"
+    )
+    log = read_imu(path)
+    assert log.acc == pytest.approx(FORCE, abs=1e-5)
+    assert log.gyr == pytest.approx(TURN, abs=1e-5)
+    assert np.diff(log.time_s) == pytest.approx(0.01, abs=1e-6)
+    assert log.lines[0] == 4
+
+
+def test_a_watchs_arm_is_found_and_tracked(tmp_path: Path) -> None:
+    """The simulated sensor, written as a watch would, in a folder: heading and mount by `check`, then the wrist."""
+    folder = pt.simulate_arm(tmp_path / "arm", pt.ArmScene(pattern="gesture", duration_s=15.0, acc_bias=0.0), 3)
+    recording = pt.load(folder)
+    assert isinstance(recording, pt.ArmRecording)
+    imu, arm = recording.imus[0], recording.arm
+    assert imu.gyr is not None
+    up = rotate(imu.q_world_segment * [1.0, -1.0, -1.0, -1.0], np.tile(UP, (len(imu.acc), 1)))
+    names = [f"{what}{axis}" for what in ("rotationRate", "gravity", "acceleration") for axis in "XYZ"]
+    values = np.hstack([imu.gyr, -up / GRAVITY, (up - imu.acc) / GRAVITY])
+    rows = [f"{t:.6f}," + ",".join(f"{x:.9f}" for x in row) for t, row in zip(imu.time_s, values, strict=True)]
+    (tmp_path / "phone").mkdir()
+    motion = tmp_path / "phone" / "WristMotion.csv"
+    motion.write_text("\n".join([",".join(["seconds_elapsed", *names]), *rows]) + "\n")
+    known: dict[str, object] = {"matrix": recording.camera.matrix, "rotation": recording.camera.rotation}
+    known |= {"translation_m": recording.camera.translation_m, "shoulder_m": arm.shoulder_m}
+    known |= {"upper_arm_m": arm.upper_arm_m, "forearm_m": arm.forearm_m, "distortion": recording.camera.distortion}
+    entries = {key: np.asarray(value).tolist() for key, value in known.items()}
+    (tmp_path / "known.toml").write_text("\n".join(f"{key} = {value}" for key, value in entries.items()))
+    made = tmp_path / "made"
+    assert recording.video is not None
+    init(made, video=recording.video, imu=motion.parent, camera=tmp_path / "known.toml")
+    check(made, write=True)
+    assert check(made).is_ready
+    track = pt.track(pt.load(made), pt.Smooth())
+    assert pt.evaluate(track, recording.truth).joints["wrist"].rms_m < 0.06
