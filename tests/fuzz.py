@@ -139,6 +139,15 @@ def mutated(data: bytes, rng: np.random.Generator) -> bytes:
     return bytes(out)
 
 
+MVNX = (
+    '<mvnx><subject><sensors><sensor label="RightForeArm"/></sensors><frames>'
+    + "".join(
+        f'<frame time="{k}" type="normal"><sensorFreeAcceleration>0 0 1</sensorFreeAcceleration>'
+        "<sensorOrientation>1 0 0 0</sensorOrientation></frame>"
+        for k in range(0, 200, 16)
+    )
+    + "</frames></subject></mvnx>"
+)
 MOTION = [f"{what}{axis}" for what in ("acceleration", "gravity", "rotationRate") for axis in "XYZ"]
 WATCH = (
     "\n".join([",".join(["seconds_elapsed", *MOTION]), *(f"{k / 50},0,0,0,0,0,-1,0.1,0,0" for k in range(30))]) + "\n"
@@ -188,6 +197,7 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ),
         ("MT_1.txt", xsens, imu_log),
         ("phyphox.csv", PHYPHOX.encode(), imu_log),
+        ("suit.mvnx", MVNX.encode(), lambda path: check(read_imu(path))),
         ("WristMotion.csv", WATCH.encode(), imu_log),
         ("shimmer.csv", SHIMMER.encode(), imu_log),
         ("phone/Gyroscope.csv", PHONE.encode(), lambda path: imu_log(path.parent)),

@@ -6,13 +6,14 @@
 | mt-manager | Xsens MT Manager text export, any columns and delimiter | `mt_manager` |
 | mt9-log | Xsens MT9 software logs, acceleration and orientation in two files | `mt9_log` |
 | mat | MATLAB, such as BROAD's | `mat` |
+| mvnx | Xsens MVN's suit, the sensor of one segment | `mvnx` |
 | phone | a phone's or a watch's: a folder with a CSV a sensor, or Core Motion in one | `imu_phone` |
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from pytracker.formats.imu_gravity import WINDOW_S, at_rest, check_up, unsteadin
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.imu_phone import files_of_phone, is_motion, read_motion, read_phone
 from pytracker.formats.mat import is_mat, read_mat_imu
+from pytracker.formats.mvnx import is_mvnx, read_mvnx
 from pytracker.formats.text import read_lines
 
 __all__ = ["FORMATS", "files_of_imu", "orient", "read_imu"]
@@ -44,7 +46,7 @@ LEAST_UNSTEADY = 0.4
 STEADIER = 0.4
 """Another gyroscope must leave gravity this much steadier; a movement without turns tells nothing."""
 
-FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "phone")
+FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "phone")
 
 
 def read_imu(
@@ -54,35 +56,46 @@ def read_imu(
     form: str = "auto",
     rate_hz: float | None = None,
     columns: Mapping[str, str] | None = None,
+    segment: str = "right_forearm",
 ) -> ImuLog:
     """Read an IMU file of any known format.
 
-    `rate_hz` is for exports that do not say theirs, `columns` for a CSV whose names are not known.
+    `segment` says whose sensor of a file that holds several, `rate_hz` is for exports that do not say theirs, `columns`
+    for a CSV whose names are not known.
 
     Raises `InputError` naming file, line, value and expectation. Nothing is judged yet: see `check`.
     """
     if form not in FORMATS:
         raise InputError(f"IMU format is {form!r}, expected one of: {', '.join(FORMATS)}")
-    if form == "auto":
-        form = "phone" if path.is_dir() else "mat" if is_mat(path) else "auto"
-    lines = [] if form == "mat" or path.is_dir() else read_lines(path)
-    if form == "auto":
-        form = _recognise(path, lines)
-    if form == "mat":
-        log = read_mat_imu(path, rate_hz)
-    elif form == "phone":
-        log = read_phone(path) if path.is_dir() else read_motion(path, lines)
-    elif form == "mt-manager":
-        log = mt_manager.read(path, lines, rate_hz)
-    elif form == "mt9-log":
-        log = mt9_log.read(path, lines, orientation_file)
-    else:
-        log = imu_csv.read(path, lines, columns)
+    form, lines = _told_by_content(path) if form == "auto" else (form, _lines(path, form))
     if columns and form != "csv":
         raise InputError(f"{path}: columns go with format csv, but this is {form}")
     if orientation_file is not None and form != "mt9-log":
         raise InputError(f"{path}: orientation_file goes with format mt9-log, but this is {form}")
+    readers: dict[str, Callable[[], ImuLog]] = {
+        "csv": lambda: imu_csv.read(path, lines, columns),
+        "mt-manager": lambda: mt_manager.read(path, lines, rate_hz),
+        "mt9-log": lambda: mt9_log.read(path, lines, orientation_file),
+        "mat": lambda: read_mat_imu(path, rate_hz),
+        "mvnx": lambda: read_mvnx(path, segment),
+        "phone": lambda: read_phone(path) if path.is_dir() else read_motion(path, lines),
+    }
+    log = readers[form]()
     return log if rate_hz is None else dataclasses.replace(log, rate_hz=rate_hz)
+
+
+def _told_by_content(path: Path) -> tuple[str, list[str]]:
+    """The format, and the lines of one that has some."""
+    if path.is_dir():
+        return "phone", []
+    if is_mvnx(path) or is_mat(path):
+        return "mvnx" if is_mvnx(path) else "mat", []
+    lines = read_lines(path)
+    return _recognise(path, lines), lines
+
+
+def _lines(path: Path, form: str) -> list[str]:
+    return [] if form in ("mat", "mvnx") or path.is_dir() else read_lines(path)
 
 
 def _recognise(path: Path, lines: list[str]) -> str:

@@ -44,6 +44,7 @@ def load_imu(
         form=entry.format,
         rate_hz=entry.rate_hz,
         columns={ours: theirs for ours, theirs in entry.columns.items()},
+        segment=segment,
     )
     log = check(in_our_terms(log, entry.conventions))
     if log.q_world_sensor is None and entry.heading_deg is None and needs_heading:

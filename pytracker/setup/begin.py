@@ -61,7 +61,7 @@ def init(
         f'kind = "{kind}"',
         "",
         *_camera(folder, Path(video), known, subject, None if keypoints is None else Path(keypoints), turned),
-        *([] if imu is None else _imu(folder, Path(imu))),
+        *([] if imu is None else _imu(folder, Path(imu), f"{known.get('side', 'right')}_forearm")),
         *subject.tables(known, folder, has_keypoints=keypoints is not None),
         *([] if truth is None else _truth(folder, Path(truth), kind, known, up)),
     ]
@@ -151,8 +151,8 @@ def _camera(
     return [*lines, *subject.pose(known, turned), *subject.patch(known, folder), ""]
 
 
-def _imu(folder: Path, file: Path) -> list[str]:
-    name, log = _named(folder, file), read_imu(file)
+def _imu(folder: Path, file: Path, segment: str) -> list[str]:
+    name, log = _named(folder, file), read_imu(file, segment=segment)
     has = [
         words
         for words, there in (("gyr", log.gyr), ("mag", log.mag), ("orientation", log.q_world_sensor))

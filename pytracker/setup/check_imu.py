@@ -79,6 +79,7 @@ def _read(draft: Draft, imu: str, file: Path) -> ImuLog | Finding:
             form=form,
             rate_hz=draft.get(f"{imu}.rate_hz"),
             columns=draft.get(f"{imu}.columns"),
+            segment=draft.get(f"{imu}.segment") or f"{draft.get('arm.side') or 'right'}_forearm",
         )
     except (InputError, OSError) as error:
         return Finding("IMU", "wrong", str(error))
