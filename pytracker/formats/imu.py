@@ -7,6 +7,7 @@
 | mt9-log | Xsens MT9 software logs, acceleration and orientation in two files | `mt9_log` |
 | mat | MATLAB, such as BROAD's | `mat` |
 | mvnx | Xsens MVN's suit, the sensor of one segment | `mvnx` |
+| apdm | APDM's HDF5, the sensor of one segment | `apdm` |
 | phone | a phone's or a watch's: a folder with a CSV a sensor, or Core Motion in one | `imu_phone` |
 """
 
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
+from pytracker.formats.apdm import is_hdf5, read_apdm
 from pytracker.formats.imu_gravity import WINDOW_S, at_rest, check_up, unsteadiness
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.imu_phone import files_of_phone, is_motion, read_motion, read_phone
@@ -28,7 +30,7 @@ from pytracker.formats.mat import is_mat, read_mat_imu
 from pytracker.formats.mvnx import is_mvnx, read_mvnx
 from pytracker.formats.text import read_lines
 
-__all__ = ["FORMATS", "files_of_imu", "orient", "read_imu"]
+__all__ = ["FORMATS", "files_of_imu", "holds_several", "orient", "read_imu"]
 
 Float = NDArray[np.float64]
 
@@ -46,7 +48,9 @@ LEAST_UNSTEADY = 0.4
 STEADIER = 0.4
 """Another gyroscope must leave gravity this much steadier; a movement without turns tells nothing."""
 
-FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "phone")
+WITHOUT_LINES: Mapping[str, Callable[[Path], bool]] = {"mvnx": is_mvnx, "mat": is_mat, "apdm": is_hdf5}
+"""What is told otherwise than by its lines, and how."""
+FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone")
 
 
 def read_imu(
@@ -78,6 +82,7 @@ def read_imu(
         "mt9-log": lambda: mt9_log.read(path, lines, orientation_file),
         "mat": lambda: read_mat_imu(path, rate_hz),
         "mvnx": lambda: read_mvnx(path, segment),
+        "apdm": lambda: read_apdm(path, segment),
         "phone": lambda: read_phone(path) if path.is_dir() else read_motion(path, lines),
     }
     log = readers[form]()
@@ -88,14 +93,15 @@ def _told_by_content(path: Path) -> tuple[str, list[str]]:
     """The format, and the lines of one that has some."""
     if path.is_dir():
         return "phone", []
-    if is_mvnx(path) or is_mat(path):
-        return "mvnx" if is_mvnx(path) else "mat", []
+    for form, is_such in WITHOUT_LINES.items():
+        if is_such(path):
+            return form, []
     lines = read_lines(path)
     return _recognise(path, lines), lines
 
 
 def _lines(path: Path, form: str) -> list[str]:
-    return [] if form in ("mat", "mvnx") or path.is_dir() else read_lines(path)
+    return [] if form in WITHOUT_LINES or path.is_dir() else read_lines(path)
 
 
 def _recognise(path: Path, lines: list[str]) -> str:
@@ -120,6 +126,11 @@ def _recognise(path: Path, lines: list[str]) -> str:
 def files_of_imu(path: Path) -> list[Path]:
     """What is read of it: the file, or the CSV files of a phone's folder."""
     return list(files_of_phone(path).values()) if path.is_dir() else [path]
+
+
+def holds_several(path: Path) -> bool:
+    """Whether one file has the sensors of several segments."""
+    return is_mvnx(path) or is_hdf5(path)
 
 
 def orient(log: ImuLog) -> ImuLog:

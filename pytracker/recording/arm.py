@@ -9,8 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
-from pytracker.formats.imu import files_of_imu
-from pytracker.formats.mvnx import is_mvnx
+from pytracker.formats.imu import files_of_imu, holds_several
 from pytracker.formats.video_steady import camera_moves
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
@@ -69,7 +68,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         side=entry.arm.side,
     )
     worn_files = [(folder / worn.file).resolve() for worn in entry.imu]
-    if len(set(worn_files)) < len(worn_files) and not is_mvnx(worn_files[0]):
+    if len(set(worn_files)) < len(worn_files) and not holds_several(worn_files[0]):
         raise InputError(f"{path}: imu[1].file is that of imu[0], {entry.imu[1].file}, expected another sensor's")
     upper = [upper_arm_imu(folder, f"{path}: imu[1]", worn, arm, imu, views[0].start_s) for worn in entry.imu[1:]]
     sensors = [file for worn in entry.imu for file in files_of_imu(folder / worn.file)]

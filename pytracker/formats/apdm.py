@@ -1,0 +1,103 @@
+"""APDM's HDF5 (Opal; Moveo, Mobility Lab; file format 5), by h5py (`pip install pytracker[apdm]`): one of its sensors.
+
+`/Sensors/<id>` holds `Accelerometer` (m/s²), `Gyroscope` (rad/s), `Magnetometer` and `Time` (µs since 1970), its
+`Configuration` where it was worn, `/Processed/<id>/Orientation` the sensor's, w first, where it was computed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.imu_log import ImuLog
+from pytracker.rotation import Array
+
+__all__ = ["is_hdf5", "read_apdm"]
+
+HEAD = b"\x89HDF\r\n\x1a\n"
+WORN = {"forearm": ("forearm", "wrist", "lower arm"), "upper_arm": ("upper arm",)}
+"""What APDM calls where a sensor is worn, in small letters, after the side."""
+UNREADABLE = (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError)
+"""What h5py raises for bytes, groups and types that are not as they should be."""
+
+
+def is_hdf5(path: Path) -> bool:
+    """Whether it begins as such files do."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(HEAD)) == HEAD
+    except OSError:
+        return False
+
+
+def read_apdm(path: Path, segment: str) -> ImuLog:
+    """The sensor that is worn on `segment`, or the only one. Raises `InputError`."""
+    try:
+        import h5py  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise InputError(f"{path}: reading HDF5 needs h5py: pip install 'pytracker[apdm]'") from None
+    try:
+        with h5py.File(path, "r") as file:
+            return _read(path, file, segment)
+    except UNREADABLE as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: is no file of APDM's that can be read: {str(error)[:200]}") from None
+
+
+def _read(path: Path, file: Any, segment: str) -> ImuLog:
+    if "Sensors" not in file:
+        raise InputError(f"{path}: holds {', '.join(file)[:200] or 'nothing'}, expected /Sensors, APDM's format 5")
+    labels = {name: _label(group) for name, group in file["Sensors"].items()}
+    name = _chosen(path, labels, segment)
+    group = file["Sensors"][name]
+    acc = _array(path, group, "Accelerometer", 3)
+    if acc is None:
+        raise InputError(f"{path}: /Sensors/{name} holds {', '.join(group)[:200]}, expected Accelerometer")
+    ticks = np.asarray(group["Time"]).astype(np.int64).ravel()
+    processed = file.get(f"Processed/{name}")
+    found = {
+        "gyr": _array(path, group, "Gyroscope", 3),
+        "mag": _array(path, group, "Magnetometer", 3),
+        "q_world_sensor": None if processed is None else _array(path, processed, "Orientation", 4),
+    }
+    for what, values in (("Time", ticks), *found.items()):
+        if values is not None and len(values) != len(acc):
+            raise InputError(f"{path}: /Sensors/{name} has {len(values)} rows of {what}, expected {len(acc)}")
+    time_s = (ticks - ticks[:1]) / 1e6  # before they are no whole numbers any more
+    return ImuLog(
+        path=path, lines=np.arange(1, len(acc) + 1), time_s=time_s,
+        acc=acc, gyr=found["gyr"], mag=found["mag"], q_world_sensor=found["q_world_sensor"],
+    )  # fmt: skip
+
+
+def _label(group: Any) -> str:
+    """Where a sensor is worn, as its configuration says; empty where it does not."""
+    configuration = group.get("Configuration")
+    label = "" if configuration is None else configuration.attrs.get("Label 0", "")
+    return (label.decode("utf-8", "replace") if isinstance(label, bytes) else str(label)).strip("\0 ")
+
+
+def _chosen(path: Path, labels: dict[str, str], segment: str) -> str:
+    side, _, place = segment.partition("_")
+    fitting = [
+        name for name, label in labels.items() if side in label.lower() and any(w in label.lower() for w in WORN[place])
+    ]
+    if len(fitting) == 1:
+        return fitting[0]
+    if not fitting and len(labels) == 1:
+        return next(iter(labels))
+    there = ", ".join(f"{name} ({label or 'nowhere'})" for name, label in labels.items())[:300] or "none"
+    raise InputError(f"{path}: its sensors are {there}, expected one on the {segment.replace('_', ' ')}")
+
+
+def _array(path: Path, group: Any, name: str, width: int) -> Array | None:
+    if name not in group:
+        return None
+    values = np.asarray(group[name], dtype=np.float64)
+    if values.ndim != 2 or values.shape[1] != width:
+        raise InputError(f"{path}: {group.name}/{name} has shape {values.shape}, expected (M, {width})")
+    return np.ascontiguousarray(values)
