@@ -21,7 +21,7 @@ from pytracker.recording.recording import Recording
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
 from pytracker.scores.evaluate import evaluate
-from pytracker.tracking.doubts import doubts, unbelieved
+from pytracker.tracking.doubts import unbelieved
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 
@@ -124,7 +124,7 @@ def _one(
         write_report([result], out / name, force=force, page=page)
     except (InputError, TrackingError, OSError, MemoryError) as error:
         return Outcome(folder, said=(str(error) or type(error).__name__,), failed=True)
-    said = (*((result.lost,) if result.lost else ()), *recording.warnings, *unbelieved(result), *doubts(result))
+    said = (*((result.lost,) if result.lost else ()), *recording.warnings, *unbelieved(result), *result.doubts)
     return Outcome(
         folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), tuple(said), bool(result.lost)
     )

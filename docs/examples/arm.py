@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytracker as pt
 from pytracker.evidence import sight
-from pytracker.tracking import doubts
 
 
 def main(out: Path) -> None:
@@ -30,7 +29,7 @@ def main(out: Path) -> None:
         wrist = pt.evaluate(track, recording.truth).joints["wrist"]
         held = ", ".join(f"{100 * share:.0f} %" for share in wrist.coverage)
         print(f"{track.method.name:8} {100 * wrist.rms_m:5.1f} cm   bands hold the truth in {held} (x, y, z)")
-    for words in doubts(tracks[0]):
+    for words in tracks[0].doubts:
         print("doubt:", words)
 
     page = pt.write_report(tracks, out / "report")

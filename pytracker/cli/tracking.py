@@ -146,7 +146,7 @@ def track(
                 print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
-    warn(pt.doubts(result))
+    warn(result.doubts)
     warn(unbelieved(result))
     if recording.truth is not None:
         print_comparison([result], quiet)

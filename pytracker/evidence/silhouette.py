@@ -98,6 +98,7 @@ class BodyEvidence:
         foreground_region: the same of the foreground.
         keypoints: of each person that a detector found u, v and standard deviation, px `(P, 9, 3)`, in the order of
             `pytracker._core.KEYPOINTS`; NaN where a joint was not seen.
+        image: the frame that it was seen in, `(H, W, 3)`, blue, green and red; None where there is none.
     """
 
     foreground: Image
@@ -108,6 +109,7 @@ class BodyEvidence:
     skin_region: Region | None = None
     foreground_region: Region | None = None
     keypoints: Array | None = None
+    image: Image | None = None
 
 
 def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:
@@ -184,7 +186,7 @@ class Silhouette:
         foreground = self._foreground(_image(smooth), y, cr, cb)
         edges = self._edges(y, foreground)
         skin, blobs, areas = self._skin(y, cr, cb, foreground)
-        return BodyEvidence(foreground, edges, skin, blobs, areas, _region(skin), _region(foreground))
+        return BodyEvidence(foreground, edges, skin, blobs, areas, _region(skin), _region(foreground), image=image)
 
     def _foreground(self, image: Image, y: Image, cr: Image, cb: Image) -> Image:
         p = self.parameters

@@ -7,7 +7,7 @@ import io
 import numpy as np
 from matplotlib.image import imsave
 
-from pytracker.formats.video import Image, frames
+from pytracker.formats.video import Image
 from pytracker.tracking.body import BodyTrack
 
 __all__ = ["evidence_pictures", "side_by_side"]
@@ -15,10 +15,9 @@ __all__ = ["evidence_pictures", "side_by_side"]
 
 def evidence_pictures(track: BodyTrack) -> tuple[Image, bytes, bytes]:
     """A frame about the middle; beside it what the tracker saw there: foreground (Fig. 3), edges and skin (Fig. 4)."""
-    view, shown = track.recording.view, track.shown
-    assert view.video is not None
+    shown = track.shown
     assert shown is not None
-    image = next(frame.image for frame in frames(view.video) if frame.index == shown.index)
+    image = shown.image
     return image, side_by_side(image, shown.foreground), side_by_side(image, shown.edges, shown.skin)
 
 

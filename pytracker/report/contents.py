@@ -1,7 +1,4 @@
-"""What a report is made of, computed once: tracks, scores, and doubts, for which an arm's recording is tracked again.
-
-Pages and tables are made of this and run nothing.
-"""
+"""What a report is made of: tracks, their scores and doubts. Pages and tables are made of this and run nothing."""
 
 from __future__ import annotations
 
@@ -12,7 +9,6 @@ from pytracker._core import InputError
 from pytracker.recording.recording import Truth
 from pytracker.report.labels import labels
 from pytracker.scores.evaluate import Scored, Scores, evaluate, held
-from pytracker.tracking.doubts import doubts
 from pytracker.tracking.tracks import Track
 
 __all__ = ["Contents", "contents_of"]
@@ -55,7 +51,7 @@ def contents_of(tracks: Sequence[Track]) -> Contents:
         labels=labels(tracks),
         scores=[_scores(track, recording.truth) for track in tracks],
         trivial=_scores(held(tracks[0]), recording.truth),
-        doubts=[doubts(track) for track in tracks],
+        doubts=[track.doubts for track in tracks],
     )
 
 

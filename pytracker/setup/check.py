@@ -29,7 +29,7 @@ from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.lag import GRID_S, banded, find_lags
 from pytracker.setup.worn import Worn
-from pytracker.tracking.doubts import doubts, unbelieved
+from pytracker.tracking.doubts import unbelieved
 from pytracker.tracking.found import Found, found_by
 from pytracker.tracking.track import default_method, track
 from pytracker.tracking.tracks import Track
@@ -214,7 +214,7 @@ def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:
     except (InputError, TrackingError) as error:
         return None, [*found, Finding("the whole recording", "wrong", str(error))]
     found += _constants(found_by(result))
-    said = (*unbelieved(result), *doubts(result))
+    said = (*unbelieved(result), *result.doubts)
     found += [Finding("the track", "doubtful", words) for words in said]
     if not said:
         share = float(result.valid.mean())

@@ -38,12 +38,14 @@ class Shown:
 
     Attributes:
         index: which frame, from 0.
+        image: the frame `(H, W, 3)`, blue, green and red.
         foreground: 255 where the person is `(H, W)`.
         edges: 255 on a detected edge `(H, W)`.
         skin: 255 on skin `(H, W)`.
     """
 
     index: int
+    image: Image
     foreground: Image
     edges: Image
     skin: Image
@@ -132,7 +134,8 @@ class _Watched:
     def _show(self, row: int, index: int, evidence: BodyEvidence) -> None:
         """Keep two, as how many frames there will be is not known: the powers of two, the last and the one before."""
         if row & (row - 1) == 0:
-            kept = Shown(index, evidence.foreground, evidence.edges, evidence.skin)
+            assert evidence.image is not None
+            kept = Shown(index, evidence.image, evidence.foreground, evidence.edges, evidence.skin)
             self._shown = (*self._shown[-1:], kept)
 
     def reasons(self, table: dict[str, Any]) -> list[dict[str, str]]:

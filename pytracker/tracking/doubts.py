@@ -235,6 +235,9 @@ def _lies(track: BodyTrack) -> tuple[str, ...]:
     )
 
 
+Track.doubter = staticmethod(doubts)
+
+
 @doubts.register
 def _(track: BodyTrack) -> tuple[str, ...]:
     where = where_of(track.recording)

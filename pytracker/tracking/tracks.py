@@ -1,8 +1,9 @@
 """What every track holds: joints over time, with error bars."""
 
 # No deferred annotations here: those who inherit have other names in scope.
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -74,8 +75,19 @@ class Track:
     stage_s: Mapping[str, float] = field(default_factory=dict)
     lost: str = ""
 
+    doubter: ClassVar[Callable[["Track"], tuple[str, ...]]]
+    """What finds doubts: set by the stage that can, which comes after this one."""
+
     judged_by: ClassVar[str] = ""
     """The joint whose RMS error is its one figure; empty: the average error of all joints is."""
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """What the recording says against its own description, in words: see `pytracker.doubts`.
+
+        Found when it is first asked for: an arm is tracked again under other descriptions.
+        """
+        return type(self).doubter(self)
 
     @property
     def channels(self) -> Mapping[str, Array]:
