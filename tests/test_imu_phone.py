@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -105,6 +106,14 @@ def test_a_sensor_that_pauses_is_told(tmp_path: Path) -> None:
     kept = (TIME_S < 1.0) | (TIME_S > 1.5)
     sensor(folder / "Gyroscope.csv", TIME_S[kept], TURN[kept])
     assert "Gyroscope.csv says nothing for 0.52 s" in read_imu(folder).warnings[0]
+
+
+def test_what_is_not_unpacked_is_told(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    with zipfile.ZipFile(tmp_path / "phone.zip", "w") as packed:
+        packed.write(folder / "Gyroscope.csv", "Gyroscope.csv")
+    with pytest.raises(pt.InputError, match="is a ZIP or a workbook, expected what it unpacks to"):
+        read_imu(tmp_path / "phone.zip")
 
 
 def watch(path: Path, unit: float) -> Path:

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import dataclasses
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -96,6 +97,8 @@ def _told_by_content(path: Path) -> tuple[str, list[str]]:
     for form, is_such in WITHOUT_LINES.items():
         if is_such(path):
             return form, []
+    if zipfile.is_zipfile(path):
+        raise InputError(f"{path}: is a ZIP or a workbook, expected what it unpacks to: a phone's folder, or a CSV")
     lines = read_lines(path)
     return _recognise(path, lines), lines
 
