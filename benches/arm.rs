@@ -8,7 +8,7 @@ use pytracker::arm::process::GaussMarkov;
 use pytracker::arm::state::View;
 use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::camera::Camera;
-use pytracker::filter::Resampling;
+use pytracker::filter::{Blend, Resampling};
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
 use pytracker::{Observation, Sample, Smoothing, Tracker};
@@ -31,7 +31,10 @@ fn tracker(method: Method, noise: Noise) -> Tracker {
 fn particles(layers: &[(Mover, &[CueName])], len: usize, bias: bool) -> Tracker {
     let noise = Noise { bias: bias.then_some(GaussMarkov { start_sd: 0.15, density: 0.01 }), ..Noise::default() };
     let method = Method::Particles {
-        layers: layers.iter().map(|(mover, cues)| ArmLayer { mover: *mover, cues: cues.to_vec() }).collect(),
+        layers: layers
+            .iter()
+            .map(|(mover, cues)| ArmLayer { mover: *mover, cues: cues.to_vec(), blend: Blend::PRODUCT })
+            .collect(),
         len,
         resampling: Resampling::new(Scheme::Residual, 1.0).expect("a threshold"),
     };

@@ -14,7 +14,7 @@
 //! | [`edges`] | eq. (4): the edge cue |
 //! | [`skin`] | the distance cue: blobs given to head and hands |
 //! | [`cues`] | IV-C2: weights: one file a cue, their names, and what a frame shows them |
-//! | [`weighing`] | posed particles, and how a layer blends what the cues say |
+//! | [`weighing`] | posed particles, and what the cues of a layer say of them |
 //! | [`balance`] | a trunk that gives way to its arms |
 //! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
 //! | [`method`] | IV-C: lists of layers and their parameters |
@@ -45,6 +45,7 @@ mod trajectory;
 pub mod unseen;
 pub mod weighing;
 
+pub use crate::filter::Blend;
 pub use cues::region::Region;
 pub use cues::{CueName, Picture};
 pub use figure::{Figure, Part};
@@ -53,4 +54,3 @@ pub use joints::{Group, KEY_JOINTS, KEYPOINTS};
 pub use method::{BodyLayer, BodyMethod, Diffusion, Mover};
 pub use momentum::Momentum;
 pub use unseen::Unseen;
-pub use weighing::Blend;

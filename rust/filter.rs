@@ -7,11 +7,12 @@
 //! | [`backward`] | trajectories through the particles that a [`Recorder`] kept, given what came after them |
 //! | [`smooth`] | a whole recording's trajectory, by Gauss-Newton from another filter's track |
 //!
-//! A *layer* is a transition and the likelihoods that weigh its result; it is applied to the whole set at
+//! A *layer* is a transition, the likelihoods that weigh its result and how they are blended; it is applied to the whole set at
 //! once, and after each layer the set may be resampled. Bootstrap filter: one layer. Tao & Hu's layered
 //! sampling (III-E): two. Annealing: several of the same, from flat to sharp. Nothing else differs.
 
 mod backward;
+mod blend;
 mod islands;
 mod kalman;
 mod layered;
@@ -20,6 +21,7 @@ mod recorder;
 mod smoother;
 
 pub use backward::{Backward, backward};
+pub use blend::Blend;
 pub use islands::Islands;
 pub use kalman::{Gaussian, Innovation, Linear};
 pub use layered::{LayeredFilter, Resampling};
@@ -55,10 +57,12 @@ pub trait Likelihood: Sync {
     }
 }
 
-/// A transition and the likelihoods that weigh its result together (none: the layer only moves).
+/// A transition, the likelihoods that weigh its result together (none: the layer only moves), and how they are blended.
 pub struct Layer<'a> {
     /// Applied first, to the whole set.
     pub transition: &'a dyn Transition,
-    /// Their logarithms are added.
+    /// Cue by cue, or one that has blended its cues itself.
     pub likelihoods: Vec<&'a dyn Likelihood>,
+    /// How what they say becomes one weight.
+    pub blend: Blend,
 }

@@ -9,9 +9,9 @@ use pytracker::body::cues::orientation::{Orientation, OrientationDistance, Orien
 use pytracker::body::cues::outline::Outline;
 use pytracker::body::cues::penetration::Penetration;
 use pytracker::body::cues::region::{Region, RegionLook, Regions};
-use pytracker::body::weighing::{Blend, Cue, Weighing};
+use pytracker::body::weighing::{Cue, Weighing};
 use pytracker::body::{BodyMethod, CueName, Figure, Group, Picture};
-use pytracker::filter::Likelihood;
+use pytracker::filter::{Blend, Likelihood};
 use pytracker::particles::ParticleSet;
 use pytracker::{Error, Tracker};
 

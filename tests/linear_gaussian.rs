@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use pytracker::Error;
 use pytracker::filter::{
-    Gaussian, History, Layer, LayeredFilter, Likelihood, Mixture, Resampling, Transition, backward,
+    Blend, Gaussian, History, Layer, LayeredFilter, Likelihood, Mixture, Resampling, Transition, backward,
 };
 use pytracker::particles::{BlockMut, ParticleSet};
 use pytracker::resample::Scheme;
@@ -136,7 +136,7 @@ fn distance(len: usize, scheme: Scheme, threshold: f64) -> f64 {
         let mut filter = LayeredFilter::new(start(len, seed), Resampling::new(scheme, threshold).unwrap(), seed);
         for (z, (mean, _, _)) in observations().iter().zip(&exact) {
             let position = Position(*z);
-            let layers = [Layer { transition: &Motion, likelihoods: vec![&position] }];
+            let layers = [Layer { transition: &Motion, likelihoods: vec![&position], blend: Blend::PRODUCT }];
             let estimate = filter.cycle(0.0, &layers, None, |set, _| set.moments().0).unwrap();
             sum += (estimate - mean).norm_squared();
         }
@@ -161,7 +161,7 @@ fn covariance_and_evidence_agree_with_kalman() {
     let mut filter = LayeredFilter::new(start(60_000, 1), Resampling::new(Scheme::Residual, 1.0).unwrap(), 1);
     for (z, (_, covariance, evidence)) in observations().iter().zip(&exact) {
         let position = Position(*z);
-        let layers = [Layer { transition: &Motion, likelihoods: vec![&position] }];
+        let layers = [Layer { transition: &Motion, likelihoods: vec![&position], blend: Blend::PRODUCT }];
         let (spread, log_evidence) = filter.cycle(0.0, &layers, None, |set, e| (set.moments().1, e)).unwrap();
         assert!((spread - covariance).amax() < 0.05 * covariance.amax());
         assert!((log_evidence.unwrap() - evidence).abs() < 0.05);
@@ -175,9 +175,11 @@ fn a_list_of_layers_is_one_layer_where_nothing_moves_between() {
     let mut one = LayeredFilter::new(start(1000, 4), resampling, 4);
     let mut two = one.clone();
     let (a, b) = (Position(0.3), Position(0.1));
-    let joint = [Layer { transition: &Motion, likelihoods: vec![&a, &b] }];
-    let apart =
-        [Layer { transition: &Motion, likelihoods: vec![&a] }, Layer { transition: &Still, likelihoods: vec![&b] }];
+    let joint = [Layer { transition: &Motion, likelihoods: vec![&a, &b], blend: Blend::PRODUCT }];
+    let apart = [
+        Layer { transition: &Motion, likelihoods: vec![&a], blend: Blend::PRODUCT },
+        Layer { transition: &Still, likelihoods: vec![&b], blend: Blend::PRODUCT },
+    ];
     let together = one.cycle(0.0, &joint, None, |set, e| (set.moments().0, e.unwrap())).unwrap();
     let in_turn = two.cycle(0.0, &apart, None, |set, e| (set.moments().0, e.unwrap())).unwrap();
     assert!((together.0 - in_turn.0).norm() < 1e-12);
@@ -192,8 +194,8 @@ fn recorder_sees_clouds_weights_and_ancestors() {
     let mut history = History::default();
     let position = Position(0.4);
     let layers = [
-        Layer { transition: &Motion, likelihoods: vec![&position] },
-        Layer { transition: &Still, likelihoods: vec![] },
+        Layer { transition: &Motion, likelihoods: vec![&position], blend: Blend::PRODUCT },
+        Layer { transition: &Still, likelihoods: vec![], blend: Blend::PRODUCT },
     ];
     filter.cycle(1.5, &layers, Some(&mut history), |_, _| ()).unwrap();
     unseen.cycle(1.5, &layers, None, |_, _| ()).unwrap();
@@ -255,7 +257,7 @@ fn history(motion: &dyn Transition, len: usize) -> History {
     let (mut filter, mut history) = (LayeredFilter::new(start(len, 8), resampling, 8), History::default());
     for (k, z) in SEEN.iter().enumerate() {
         let position = Position(*z);
-        let layer = Layer { transition: motion, likelihoods: vec![&position] };
+        let layer = Layer { transition: motion, likelihoods: vec![&position], blend: Blend::PRODUCT };
         filter.cycle(0.1 * k as f64, &[layer], Some(&mut history), |_, _| ()).unwrap();
     }
     history

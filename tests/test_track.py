@@ -29,6 +29,8 @@ ALL: list[ArmMethod] = [
     pt.Joint(particles=300, bias=True, patch_offset=True),
 ]
 
+SUM = ("sum", 1.0)
+
 
 @pytest.fixture(scope="module")
 def simulation() -> ArmSimulation:
@@ -124,7 +126,15 @@ def test_a_lost_track_keeps_what_came_before(simulation: ArmSimulation, sighting
         (lambda: tracker_of(pt.Layered(pixel_sd=0.0)), "pixel_sd is 0, expected a positive number of pixels"),
         (lambda: tracker_of(pt.Ekf(outlier_fraction=0.1)), "outlier_fraction is 0.1, expected 0 for a Gaussian method"),
         (lambda: tracker_of(pt.Ekf(corrections=("color",))), "correction 'color' is not known"),
-        (lambda: tracker_of(pt.Plain(layers=(("inertial", ("colours",)),))), "cue 'colours' is not known"),
+        (lambda: tracker_of(pt.Plain(layers=(("inertial", ("colours",), SUM),))), "cue 'colours' is not known"),
+        (
+            lambda: tracker_of(pt.Plain(layers=(("inertial", ("colour",), ("rescaled", 1.0)),))),
+            "blend 'rescaled' is not known, expected one of: sum",
+        ),
+        (
+            lambda: tracker_of(pt.Plain(layers=(("inertial", ("colour",), ("sum", 0.0)),))),
+            "sharpness of a layer is 0, expected positive",
+        ),
         (lambda: resample("residual", np.array([0.5, -0.5]), 3), "a weight is -0.5, expected a finite number"),
         (lambda: resample("residual", np.zeros(3), 3), "the sum of weights is 0, expected positive"),
         (lambda: pt.ArmScene(pattern="spiral"), "pattern is 'spiral', expected one of: circle, rectangle, reach"),
@@ -312,3 +322,13 @@ def test_the_same_frame_twice_is_refused(simulation: ArmSimulation) -> None:
     tracker.observe(pt.Observation.patch(0.0, None))
     with pytest.raises(pt.InputError, match="frame at 0 s comes after 0 s was reached"):
         tracker.observe(pt.Observation.patch(0.0, None))
+
+
+def test_a_flat_layer_weighs_less_and_is_no_evidence(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
+    """Annealing is a list of layers for an arm as for a body."""
+    recording = simulation.recording()
+    sharp, flat = (pt.Plain(layers=(("inertial", ("colour",), ("sum", share)),)) for share in (1.0, 0.1))
+    tracks = [pt.track(recording, method, 1, sightings=sightings) for method in (sharp, flat)]
+    assert np.isfinite(tracks[0].log_evidence).any()
+    assert not np.isfinite(tracks[1].log_evidence).any()
+    assert np.nanmedian(tracks[1].ess) > 1.5 * np.nanmedian(tracks[0].ess)

@@ -25,7 +25,9 @@ __all__ = [
     "Smooth",
 ]
 
-Layers = tuple[tuple[str, tuple[str, ...]], ...]
+Layers = tuple[tuple[str, tuple[str, ...], tuple[str, float]], ...]
+PRODUCT = ("sum", 1.0)
+"""Likelihoods multiplied, as Bayes' rule asks for."""
 MOVERS = {"inertial": "inertial motion", "walk": "random walk"}
 
 
@@ -87,8 +89,9 @@ class ParticleMethod(ArmMethod):
         particles: how many, at least 1 (paper: 500).
         resampling: `residual` (the paper), `systematic`, `stratified` or `multinomial`.
         ess_threshold: resample when ESS falls to this share of the particles; 1 is always (the paper).
-        layers: (what moves, what weighs), applied in order; `inertial` or `walk`; `colour`, `arm_length` and `rest`
-            (no velocity, while the IMU says that it lies still).
+        layers: (mover, cues, blend), applied in order. A mover is `inertial` or `walk`; cues are `colour`, `arm_length`
+            and `rest` (no velocity, while the IMU says that it lies still); a blend is (name, share of the sharpness):
+            `sum`, log-likelihoods added up; with another share than 1, as in annealing, they are no evidence any more.
     """
 
     filter: ClassVar[str] = "particles"
@@ -96,32 +99,32 @@ class ParticleMethod(ArmMethod):
     particles: int = 500
     resampling: str = "residual"
     ess_threshold: float = 1.0
-    layers: Layers = (("inertial", ()),)
+    layers: Layers = (("inertial", (), PRODUCT),)
 
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them."""
-        return [(MOVERS[mover], " and ".join(cues).replace("_", " ")) for mover, cues in self.layers]
+        return [(MOVERS[mover], " and ".join(cues).replace("_", " ")) for mover, cues, _ in self.layers]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plain(ParticleMethod):
     """The particle filter without the arm (Tao & Hu III-C)."""
 
-    layers: Layers = (("inertial", ("colour",)),)
+    layers: Layers = (("inertial", ("colour",), PRODUCT),)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layered(ParticleMethod):
     """Layered sampling (Tao & Hu III-E, the seven steps): colour first, then the arm's length."""
 
-    layers: Layers = (("inertial", ("colour",)), ("walk", ("arm_length",)))
+    layers: Layers = (("inertial", ("colour",), PRODUCT), ("walk", ("arm_length",), PRODUCT))
 
 
 @dataclass(frozen=True, kw_only=True)
 class LayeredFromConstraint(ParticleMethod):
     """The same cycle as IV-B tells it: the arm's length at the last frame first, then colour."""
 
-    layers: Layers = (("walk", ("arm_length",)), ("inertial", ("colour",)))
+    layers: Layers = (("walk", ("arm_length",), PRODUCT), ("inertial", ("colour",), PRODUCT))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +141,7 @@ class Joint(ParticleMethod):
     bias_density: float = 0.02
     patch_offset: bool = True
 
-    layers: Layers = (("inertial", ("colour", "arm_length")),)
+    layers: Layers = (("inertial", ("colour", "arm_length"), PRODUCT),)
 
 
 @dataclass(frozen=True, kw_only=True)

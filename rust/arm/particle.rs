@@ -16,7 +16,7 @@ use super::motion::{InertialMotion, Motion, RandomWalk};
 use super::pause::Stretch;
 use super::state::{Arm, Layout, Noise, POSITION, estimate_of_particles};
 use crate::estimate::Estimate;
-use crate::filter::{Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
+use crate::filter::{Blend, Layer, LayeredFilter, Likelihood, Recorder, Resampling, Transition};
 use crate::particles::ParticleSet;
 use crate::quaternion::Quaternion;
 use crate::rng::Streams;
@@ -35,12 +35,14 @@ pub enum Mover {
 }
 
 /// One layer by name.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ArmLayer {
     /// What moves.
     pub mover: Mover,
     /// What weighs, together.
     pub cues: Vec<CueName>,
+    /// How they are blended.
+    pub blend: Blend,
 }
 
 impl Mover {
@@ -69,7 +71,7 @@ impl ArmParticles {
     /// `len` particles about the arm's start.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for no particles; [`Error::Size`] for no layers or not exactly one inertial layer.
+    /// [`Error::Parameter`] for no particles or a blend that is out of range; [`Error::Size`] for no layers or not exactly one inertial layer.
     pub fn new(
         arm: &Arm,
         noise: &Noise,
@@ -82,6 +84,7 @@ impl ArmParticles {
         if inertial != 1 {
             return Err(Error::Size { name: "layers", got: inertial, unit: "inertial motions", expected: 1 });
         }
+        layers.iter().try_for_each(|layer| layer.blend.check())?;
         let layout = Layout::new(noise);
         let (mean, sd) = layout.start(arm, noise);
         let mut particles = ParticleSet::new(len, layout.dim)?;
@@ -173,7 +176,7 @@ impl ArmParticles {
                     CueName::Colour | CueName::Rest => {}
                 }
             }
-            layers.push(Layer { transition, likelihoods });
+            layers.push(Layer { transition, likelihoods, blend: layer.blend });
         }
         let forearm = forearm(frame.world_sensor);
         self.filter.cycle(frame.time_s, &layers, recorder, |particles, evidence| {

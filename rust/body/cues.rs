@@ -40,7 +40,7 @@ use crate::projection::Projection;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// What a layer weighs by; of [`self`].
+/// What a layer weighs by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum CueName {
     /// [`outline`].

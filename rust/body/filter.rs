@@ -14,7 +14,7 @@ use super::unseen::{UNSEEN, Unseen};
 use super::weighing::Weighing;
 use crate::error::{require, require_time};
 use crate::estimate::{Estimate, Point};
-use crate::filter::{Islands, Layer, LayeredFilter, Recorder};
+use crate::filter::{Blend, Islands, Layer, LayeredFilter, Recorder};
 use crate::particles::ParticleSet;
 use crate::projection::Projection;
 use crate::smoothing::Windowed;
@@ -239,7 +239,7 @@ impl Sight<'_> {
         let layers: Vec<Layer<'_>> = walks
             .iter()
             .zip(&weighings)
-            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing] })
+            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing], blend: Blend::PRODUCT })
             .collect();
         filter.cycle(time_s, &layers, recorder, |particles, _| Posterior { particles: particles.clone(), blobs })
     }

@@ -12,9 +12,9 @@ use super::joints::Group;
 use super::momentum::Momentum;
 use super::motion::{Anew, Walk};
 use super::unseen::Unseen;
-use super::weighing::{Blend, Cue, Weighing};
+use super::weighing::{Cue, Weighing};
 use crate::error::require;
-use crate::filter::Resampling;
+use crate::filter::{Blend, Resampling};
 use crate::parameters::require_not_negative;
 use crate::skeleton::Channel;
 use crate::{Error, Result};
@@ -93,24 +93,16 @@ impl BodyLayer {
             let name = format!("{:?}", self.cues[twice]).to_lowercase();
             return Err(Error::UnknownName { what: "second cue", name, known: "each at most once" });
         }
-        match self.blend {
-            Blend::Sum { sharpness } => {
-                require(sharpness > 0.0 && sharpness <= MOST, "sharpness of a layer", sharpness, "positive")
-            }
-            Blend::Rescaled { base, alpha, adapt } => {
-                require(base > 1.0 && base <= 1e100, "sharpness", base, "above 1")?;
-                require((0.0..=2.0).contains(&alpha), "alpha", alpha, "0 to 2")?;
-                require((0.0..=1.0).contains(&adapt), "adapt", adapt, "0 to 1")?;
-                if self.cues.iter().filter(|cue| !BOUNDS.contains(cue)).eq(&[CueName::Edges, CueName::Blobs]) {
-                    return Ok(());
-                }
-                Err(Error::UnknownName {
-                    what: "list of cues that are rescaled",
-                    name: format!("{:?}", self.cues).to_lowercase(),
-                    known: "edges, blobs, and of effort, limits and penetration what is wanted",
-                })
-            }
+        self.blend.check()?;
+        let is_papers = self.cues.iter().filter(|cue| !BOUNDS.contains(cue)).eq(&[CueName::Edges, CueName::Blobs]);
+        if is_papers || matches!(self.blend, Blend::Sum { .. }) {
+            return Ok(());
         }
+        Err(Error::UnknownName {
+            what: "list of cues that are rescaled",
+            name: format!("{:?}", self.cues).to_lowercase(),
+            known: "edges, blobs, and of effort, limits and penetration what is wanted",
+        })
     }
 }
 

@@ -1,18 +1,12 @@
-//! How particles of the body are weighed: cues over posed particles, and how a layer blends them.
-//!
-//! A layer poses a chunk of its particles once; every cue ([`super::cues`]) reads the same posed places and says what each
-//! particle loses by it.
-//!
-//! [`Blend::Rescaled`] is the paper: distances stretched over [0, 1] within the set, `A^-d`, a weighted product. An empty image
-//! then weighs as sharply as a perfect one, so that its spread says little. [`Blend::Sum`] keeps the scale of each cue.
+//! How particles of the body are weighed: posed once a layer, a chunk at a time, for all its cues ([`super::cues`]), each of which
+//! says what every particle loses by it; then blended ([`Blend`]).
 
 use super::figure::Figure;
 use super::sloped::{Rows, Sloped};
-use crate::filter::Likelihood;
+use crate::filter::{Blend, Likelihood};
 use crate::particles::{Block, ParticleSet};
 use crate::projection::{Projection, Seen};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 /// Particles that are posed together.
 const CHUNK: usize = 32;
@@ -67,25 +61,6 @@ impl Posed<'_> {
     pub fn column(&self, d: usize) -> &[f64] {
         &self.block.column(d)[self.first..self.first + self.count]
     }
-}
-
-/// How what the cues say becomes a log-weight.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Blend {
-    /// As the paper does, with two cues (IV-C2).
-    Rescaled {
-        /// `A`: how much more a particle at distance 0 weighs than one at 1.
-        base: f64,
-        /// Weight of the first cue, 0 to 2; the second has the rest.
-        alpha: f64,
-        /// How far alpha is moved towards what each cue tells apart in this frame, 0 (the paper) to 1.
-        adapt: f64,
-    },
-    /// Losses added up.
-    Sum {
-        /// Share of the whole sharpness: below 1 in the flat layers of annealing.
-        sharpness: f64,
-    },
 }
 
 /// The likelihood of a layer: some cues, blended.
@@ -146,20 +121,9 @@ impl Likelihood for Weighing<'_> {
     fn log_likelihood(&self, particles: &ParticleSet, out: &mut [f64]) {
         let losses = self.losses(particles);
         let (cues, bounds) = losses.split_at(self.cues.len());
-        let forbidden = |i: usize| bounds.iter().map(|loss| loss[i]).sum::<f64>();
-        match self.blend {
-            Blend::Sum { sharpness } => {
-                for (i, out) in out.iter_mut().enumerate() {
-                    *out = -sharpness * cues.iter().map(|loss| loss[i]).sum::<f64>() - forbidden(i);
-                }
-            }
-            Blend::Rescaled { base, alpha, adapt } => {
-                let [first, second] = [0, 1].map(|k| cues.get(k).map_or(vec![0.0; out.len()], |loss| rescaled(loss)));
-                let alpha = weight(&first, &second, base, alpha, adapt);
-                for (i, out) in out.iter_mut().enumerate() {
-                    *out = -base.ln() * (alpha * first[i] + (2.0 - alpha) * second[i]) - forbidden(i);
-                }
-            }
+        self.blend.log_weights(cues, out);
+        for (i, out) in out.iter_mut().enumerate() {
+            *out -= bounds.iter().map(|loss| loss[i]).sum::<f64>();
         }
     }
 
@@ -167,27 +131,4 @@ impl Likelihood for Weighing<'_> {
     fn has_evidence(&self) -> bool {
         false
     }
-}
-
-/// Linearly to [0, 1] over the set; zero where all are equal.
-fn rescaled(distances: &[f64]) -> Vec<f64> {
-    let low = distances.iter().copied().fold(f64::INFINITY, f64::min);
-    let span = distances.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
-    distances.iter().map(|d| if span > 0.0 { (d - low) / span } else { 0.0 }).collect()
-}
-
-/// The weight of the first of two cues in this frame.
-fn weight(first: &[f64], second: &[f64], base: f64, alpha: f64, adapt: f64) -> f64 {
-    if adapt == 0.0 {
-        return alpha;
-    }
-    // How much a cue tells particles apart: one less its effective share of the set.
-    let discrimination = |distances: &[f64]| {
-        let weights: Vec<f64> = distances.iter().map(|d| (-base.ln() * d).exp()).collect();
-        let (sum, squares) = weights.iter().fold((0.0, 0.0), |(s, q), w| (s + w, q + w * w));
-        1.0 - sum * sum / (squares * weights.len() as f64)
-    };
-    let (a, b) = (discrimination(first), discrimination(second));
-    let told = if a + b > 0.0 { 2.0 * a / (a + b) } else { alpha };
-    alpha + adapt * (told - alpha)
 }

@@ -1,6 +1,6 @@
 //! One cycle of the layered particle filter (Tao & Hu III-E, Fig. 4, for any list of layers).
 
-use super::{Layer, LayerRecord, Recorder};
+use super::{Blend, Layer, LayerRecord, Likelihood, Recorder};
 use crate::particles::{BlockMut, ParticleSet};
 use crate::resample::Scheme;
 use crate::rng::Streams;
@@ -115,6 +115,7 @@ impl LayeredFilter {
                     layer: index,
                     particles: self.particles.len(),
                 })?;
+                is_evidence &= layer.blend == Blend::PRODUCT;
                 is_evidence &= layer.likelihoods.iter().all(|likelihood| likelihood.has_evidence());
                 *evidence.get_or_insert(0.0) += gained;
             }
@@ -147,9 +148,23 @@ impl LayeredFilter {
 }
 
 impl Scratch {
-    /// Of all likelihoods of a layer; `None` where it has none.
+    /// Of all likelihoods of a layer, blended; `None` where it has none.
     fn log_likelihood(&mut self, particles: &ParticleSet, layer: &Layer<'_>) -> Option<&[f64]> {
         let (first, rest) = layer.likelihoods.split_first()?;
+        if layer.blend != Blend::PRODUCT {
+            let loss = |likelihood: &&dyn Likelihood| {
+                let mut row = vec![0.0; particles.len()];
+                likelihood.log_likelihood(particles, &mut row);
+                for x in &mut row {
+                    *x = -*x;
+                }
+                row
+            };
+            self.total.resize(particles.len(), 0.0);
+            let losses: Vec<Vec<f64>> = layer.likelihoods.iter().map(loss).collect();
+            layer.blend.log_weights(&losses, &mut self.total);
+            return Some(&self.total);
+        }
         self.total.resize(particles.len(), 0.0);
         first.log_likelihood(particles, &mut self.total);
         for likelihood in rest {

@@ -9,7 +9,7 @@ use crate::arm::state::{JOINTS, View};
 use crate::arm::{Arm, Method, Noise};
 use crate::camera::Camera;
 use crate::error::guarded;
-use crate::filter::Resampling;
+use crate::filter::{Blend, Resampling};
 use crate::resample::Scheme;
 use crate::{Error, Result};
 use nalgebra::{Matrix3, Vector3};
@@ -85,7 +85,7 @@ struct NoiseArgument {
 /// What a particle method has besides, read.
 #[derive(FromPyObject)]
 struct ParticlesArgument {
-    layers: Vec<(String, Vec<String>)>,
+    layers: Vec<(String, Vec<String>, (String, f64))>,
     particles: usize,
     resampling: String,
     ess_threshold: f64,
@@ -219,9 +219,13 @@ impl From<NoiseArgument> for Noise {
 }
 
 fn particles(p: &ParticlesArgument) -> Result<Method> {
-    let layer = |(mover, cues): &(String, Vec<String>)| {
+    let layer = |(mover, cues, (blend, sharpness)): &(String, Vec<String>, (String, f64))| {
+        if blend != "sum" {
+            return Err(Error::UnknownName { what: "blend", name: blend.clone(), known: "sum" });
+        }
+        let blend = Blend::Sum { sharpness: *sharpness };
         let cues = cues.iter().map(|cue| CueName::from_name(cue)).collect::<Result<_>>()?;
-        Ok(ArmLayer { mover: Mover::from_name(mover)?, cues })
+        Ok(ArmLayer { mover: Mover::from_name(mover)?, cues, blend })
     };
     Ok(Method::Particles {
         layers: p.layers.iter().map(layer).collect::<Result<_>>()?,

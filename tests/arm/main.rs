@@ -10,7 +10,7 @@ use pytracker::arm::process::GaussMarkov;
 use pytracker::arm::state::{Layout, View};
 use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::camera::Camera;
-use pytracker::filter::{History, Resampling, Transition};
+use pytracker::filter::{Blend, History, Resampling, Transition};
 use pytracker::particles::ParticleSet;
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
@@ -43,7 +43,7 @@ fn view() -> View {
 }
 
 fn layer(mover: Mover, cues: &[CueName]) -> ArmLayer {
-    ArmLayer { mover, cues: cues.to_vec() }
+    ArmLayer { mover, cues: cues.to_vec(), blend: Blend::PRODUCT }
 }
 
 fn particles(layers: Vec<ArmLayer>, len: usize) -> Method {

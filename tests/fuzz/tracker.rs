@@ -17,7 +17,7 @@ use pytracker::arm::{Arm, ArmFilter, Method, Noise};
 use pytracker::body::cues::orientation::{Orientation, Segment};
 use pytracker::body::joints::{Group};
 use pytracker::camera::Camera;
-use pytracker::filter::Resampling;
+use pytracker::filter::{Blend, Resampling};
 use pytracker::quaternion::Quaternion;
 use pytracker::resample::Scheme;
 use pytracker::{Estimate, Observation, Point, Sample, Smoothing, Tracker};
@@ -82,7 +82,7 @@ fn method(which: u8) -> (Noise, Method) {
         let resampling = Resampling::new(Scheme::Residual, 1.0).unwrap();
         (Noise::default(), Method::Particles { layers, len: 30, resampling })
     };
-    let layer = |mover, cues: &[CueName]| ArmLayer { mover, cues: cues.to_vec() };
+    let layer = |mover, cues: &[CueName]| ArmLayer { mover, cues: cues.to_vec(), blend: Blend::PRODUCT };
     let corrections = vec![CueName::ArmLength, CueName::Rest];
     let setup = Setup {
         upper_arm_sd: 0.01,
