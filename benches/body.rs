@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use pytracker::body::edges::{EdgeImage, rectangle};
 use pytracker::body::model::{Place, SubModel};
 use pytracker::particles::ParticleSet;
-use pytracker::projection::Seen;
+use pytracker::projection::Projected;
 use pytracker::skeleton::{Bone, Channel, Skeleton};
 use std::hint::black_box;
 
@@ -61,7 +61,7 @@ fn kinematics(c: &mut Criterion) {
 fn edge_cue(c: &mut Criterion) {
     let bytes: Vec<u8> = (0..320 * 240_u32).map(|i| u8::from(i % 7 == 0)).collect();
     let image = EdgeImage::new(320, 240, &bytes).expect("an image");
-    let seen = |u: f64, v: f64| Seen { u, v, px_per_m: 139.0 };
+    let seen = |u: f64, v: f64| Projected { u, v, px_per_m: 139.0 };
     let outlines: Vec<_> = (0..300 * 6)
         .map(|i| {
             let turn = f64::from(i) * 0.7;

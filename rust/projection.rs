@@ -19,7 +19,7 @@ pub enum Projection {
 
 /// A point of the image, px, and how many pixels a metre has there; NaN behind the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Seen {
+pub struct Projected {
     /// Right, px.
     pub u: f64,
     /// Down, px.
@@ -46,9 +46,9 @@ impl Projection {
 
     /// Where a world point, m, is seen.
     #[inline]
-    pub fn see(&self, [x, y, z]: [f64; 3]) -> Seen {
+    pub fn see(&self, [x, y, z]: [f64; 3]) -> Projected {
         match self {
-            Self::Weak([a, b]) => Seen {
+            Self::Weak([a, b]) => Projected {
                 u: a[0] * x + a[1] * y + a[2] * z + a[3],
                 v: b[0] * x + b[1] * y + b[2] * z + b[3],
                 px_per_m: 0.5 * (length(a) + length(b)),
@@ -57,7 +57,7 @@ impl Projection {
                 let world = Vector3::new(x, y, z);
                 let pixel = camera.project(world);
                 let focal = 0.5 * (camera.matrix()[(0, 0)] + camera.matrix()[(1, 1)]);
-                pixel.map_or(Seen { u: f64::NAN, v: f64::NAN, px_per_m: f64::NAN }, |pixel| Seen {
+                pixel.map_or(Projected { u: f64::NAN, v: f64::NAN, px_per_m: f64::NAN }, |pixel| Projected {
                     u: pixel.x,
                     v: pixel.y,
                     px_per_m: focal / camera.depth(world),

@@ -2,13 +2,13 @@
 
 use nalgebra::{Matrix3, UnitQuaternion};
 use pytracker::body::cues::blobs::{BlobDistance, Scale};
-use pytracker::body::cues::effort::{Effort, EffortLook};
+use pytracker::body::cues::effort::{Effort, EffortParameters};
 use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, Person, nearest};
 use pytracker::body::cues::limits::Limits;
-use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationLook, Segment};
+use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationParameters, Segment};
 use pytracker::body::cues::outline::Outline;
 use pytracker::body::cues::penetration::Penetration;
-use pytracker::body::cues::region::{Region, RegionLook, Regions};
+use pytracker::body::cues::region::{Region, RegionParameters, Regions};
 use pytracker::body::weighing::{Cue, Weighing};
 use pytracker::body::{BodyMethod, CueName, Figure, Group, Picture};
 use pytracker::filter::{Blend, Likelihood};
@@ -17,7 +17,7 @@ use pytracker::{Error, Tracker};
 
 mod figure;
 
-use figure::{ALL, LOOK, SUM, blank, figure, layer, method, projection, tracker, update};
+use figure::{ALL, KEYPOINT_PARAMETERS, SUM, blank, figure, layer, method, projection, tracker, update};
 
 const CUES: [CueName; 3] = [CueName::Edges, CueName::Blobs, CueName::Limits];
 
@@ -82,11 +82,11 @@ fn a_region_is_worn_and_covers_its_wearer() {
     let figure = figure(&[8]);
     let angles = [0.0, 0.2, 0.4, 0.6, 0.8];
     let lost = |skin_loss, foreground_loss, mask: &Region| {
-        let look = RegionLook { skin_loss, foreground_loss, reach_m: 0.5 };
+        let parameters = RegionParameters { skin_loss, foreground_loss, reach_m: 0.5 };
         lost(
             &figure,
             &angles,
-            Regions { skin: Some(mask), foreground: Some(mask), groups: &[Group::LeftArm], look, bare: 1.0 },
+            Regions { skin: Some(mask), foreground: Some(mask), groups: &[Group::LeftArm], parameters, bare: 1.0 },
         )
     };
     for (skin_loss, foreground_loss) in [(30.0, 0.0), (0.0, 30.0)] {
@@ -135,14 +135,20 @@ fn limits_and_penetration_weigh_against_what_a_body_cannot_do() {
 fn a_lifted_arm_costs_effort() {
     let figure = figure(&[8]);
     let quarter = std::f64::consts::FRAC_PI_2;
-    let found =
-        lost(&figure, &[-quarter, 0.0, quarter], Effort { groups: &[Group::LeftArm], look: EffortLook { loss: 2.0 } });
+    let found = lost(
+        &figure,
+        &[-quarter, 0.0, quarter],
+        Effort { groups: &[Group::LeftArm], parameters: EffortParameters { loss: 2.0 } },
+    );
     for (found, expected) in found.iter().zip([0.0, 2.0, 4.0]) {
         assert!((found - expected).abs() < 1e-12, "{found}");
     }
     // The other arm stays level, whatever the left one does.
-    let other =
-        lost(&figure, &[-quarter, quarter], Effort { groups: &[Group::RightArm], look: EffortLook { loss: 2.0 } });
+    let other = lost(
+        &figure,
+        &[-quarter, quarter],
+        Effort { groups: &[Group::RightArm], parameters: EffortParameters { loss: 2.0 } },
+    );
     assert!(other.iter().all(|x| (x - 2.0).abs() < 1e-12));
 }
 
@@ -159,8 +165,13 @@ fn person(right_px: f64) -> Person {
 fn a_wild_keypoint_says_nothing_and_the_nearest_person_is_followed() {
     let figure = figure(&[0]);
     let mut seen = person(0.0);
-    let one =
-        |person: &Person| lost(&figure, &[0.0, 0.03, 0.06, 3.0], KeypointDistance { person, groups: &ALL, look: LOOK });
+    let one = |person: &Person| {
+        lost(
+            &figure,
+            &[0.0, 0.03, 0.06, 3.0],
+            KeypointDistance { person, groups: &ALL, parameters: KEYPOINT_PARAMETERS },
+        )
+    };
     let found = one(&seen);
     assert!(found[0] < 1e-3 && found[1] > 0.5 && found[2] > found[1] && found[3] > found[2], "{found:?}");
     // Each at most reach²/2 and a little.
@@ -172,13 +183,13 @@ fn a_wild_keypoint_says_nothing_and_the_nearest_person_is_followed() {
     assert!(wild[1] - wild[0] > 0.8 * (found[1] - found[0]));
     // What is not seen says nothing at all; neither do the groups that are not asked.
     assert_eq!(one(&[None; 9]), [0.0; 4]);
-    let arm = KeypointDistance { person: &seen, groups: &[Group::RightArm], look: LOOK };
+    let arm = KeypointDistance { person: &seen, groups: &[Group::RightArm], parameters: KEYPOINT_PARAMETERS };
     assert!(lost(&figure, &[0.0], arm)[0] < 1e-3);
     let people = [person(60.0), person(4.0), person(-50.0)];
     let expected = figure.seen(&projection(), &[0.0]);
-    assert_eq!(nearest(&people, &figure, &expected, LOOK), Some(&people[1]));
-    assert_eq!(nearest(&[person(900.0)], &figure, &expected, LOOK), None);
-    assert_eq!(nearest(&[], &figure, &expected, LOOK), None);
+    assert_eq!(nearest(&people, &figure, &expected, KEYPOINT_PARAMETERS), Some(&people[1]));
+    assert_eq!(nearest(&[person(900.0)], &figure, &expected, KEYPOINT_PARAMETERS), None);
+    assert_eq!(nearest(&[], &figure, &expected, KEYPOINT_PARAMETERS), None);
 }
 
 #[test]
@@ -196,7 +207,7 @@ fn a_sensor_says_where_its_segment_points() {
         lost(
             &figure,
             rows,
-            OrientationDistance { orientations, groups: &ALL, look: OrientationLook { inflation: 1.0 } },
+            OrientationDistance { orientations, groups: &ALL, parameters: OrientationParameters { inflation: 1.0 } },
         )
     };
     for segment in ["left_upper_arm", "left_forearm"] {

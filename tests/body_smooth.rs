@@ -2,13 +2,15 @@
 
 mod figure;
 
-use figure::{ALL, LOOK, SUM, figure, figure_bending, figure_from, layer, method, projection, tracker, update};
+use figure::{
+    ALL, KEYPOINT_PARAMETERS, SUM, figure, figure_bending, figure_from, layer, method, projection, tracker, update,
+};
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use pytracker::body::cues::effort::{Effort, EffortLook};
+use pytracker::body::cues::effort::{Effort, EffortParameters};
 use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, Person};
 use pytracker::body::cues::limits::Limits;
-use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationLook, Segment};
+use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationParameters, Segment};
 use pytracker::body::sloped::{Rows, Sloped};
 use pytracker::body::weighing::Cue;
 use pytracker::body::{BodyMethod, CueName, Figure, Group, Momentum, Picture};
@@ -40,9 +42,9 @@ proptest! {
         let seen = person();
         let (orientations, inflation) = ([Orientation { roll_sd: f64::INFINITY, ..orientation }], 1.0);
         let cues: [Box<dyn Cue>; 4] = [
-            Box::new(KeypointDistance { person: &seen, groups: &ALL, look: LOOK }),
-            Box::new(Effort { groups: &ALL, look: EffortLook { loss: 1.0 } }),
-            Box::new(OrientationDistance { orientations: &orientations, groups: &ALL, look: OrientationLook { inflation } }),
+            Box::new(KeypointDistance { person: &seen, groups: &ALL, parameters: KEYPOINT_PARAMETERS }),
+            Box::new(Effort { groups: &ALL, parameters: EffortParameters { loss: 1.0 } }),
+            Box::new(OrientationDistance { orientations: &orientations, groups: &ALL, parameters: OrientationParameters { inflation } }),
             Box::new(Limits),
         ];
         let mut told = 0;
@@ -76,7 +78,7 @@ proptest! {
             let q_world_segment = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll) * along;
             let segment = Segment::UpperArm(Group::LeftArm);
             let orientations = [Orientation { segment, q_world_segment, sd: 0.1, roll_sd: 0.1 }];
-            let cue = OrientationDistance { orientations: &orientations, groups: &ALL, look: OrientationLook { inflation: 1.0 } };
+            let cue = OrientationDistance { orientations: &orientations, groups: &ALL, parameters: OrientationParameters { inflation: 1.0 } };
             linearised(&figure, &cue, &lying(turned)).unwrap()
         };
         let (found, slope) = residual(roll, turned);

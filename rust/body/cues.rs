@@ -21,14 +21,14 @@ pub mod outline;
 pub mod penetration;
 pub mod region;
 
-use self::blobs::{BlobDistance, BlobLook, Scale};
-use self::effort::{Effort, EffortLook};
-use self::keypoints::{KeypointDistance, KeypointLook, Person};
+use self::blobs::{BlobDistance, BlobParameters, Scale};
+use self::effort::{Effort, EffortParameters};
+use self::keypoints::{KeypointDistance, KeypointParameters, Person};
 use self::limits::Limits;
-use self::orientation::{Orientation, OrientationDistance, OrientationLook};
-use self::outline::{Outline, OutlineLook};
+use self::orientation::{Orientation, OrientationDistance, OrientationParameters};
+use self::outline::{Outline, OutlineParameters};
 use self::penetration::Penetration;
-use self::region::{Region, RegionLook, Regions};
+use self::region::{Region, RegionParameters, Regions};
 use super::edges::EdgeImage;
 use super::figure::Figure;
 use super::joints::Group;
@@ -87,34 +87,34 @@ pub(super) const BOUNDS: [CueName; 3] = [CueName::Effort, CueName::Limits, CueNa
 
 /// How much each of them counts, where a method chooses that.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Looks {
+pub struct CueParameters {
     /// Of [`outline`].
-    pub outline: OutlineLook,
+    pub outline: OutlineParameters,
     /// Of [`blobs`].
-    pub blobs: BlobLook,
+    pub blobs: BlobParameters,
     /// Of [`region`].
-    pub regions: RegionLook,
+    pub regions: RegionParameters,
     /// Of [`keypoints`].
-    pub keypoints: KeypointLook,
+    pub keypoints: KeypointParameters,
     /// Of [`orientation`].
-    pub orientation: OrientationLook,
+    pub orientation: OrientationParameters,
     /// Of [`effort`].
-    pub effort: EffortLook,
+    pub effort: EffortParameters,
 }
 
-impl Looks {
+impl CueParameters {
     /// Of a method's parameters.
     ///
     /// # Errors
     /// [`Error::Parameter`] naming one that is missing.
     pub fn read(from: &Parameters) -> Result<Self> {
         Ok(Self {
-            outline: OutlineLook::read(from)?,
-            blobs: BlobLook::read(from)?,
-            regions: RegionLook::read(from)?,
-            keypoints: KeypointLook::read(from)?,
-            orientation: OrientationLook::read(from)?,
-            effort: EffortLook::read(from)?,
+            outline: OutlineParameters::read(from)?,
+            blobs: BlobParameters::read(from)?,
+            regions: RegionParameters::read(from)?,
+            keypoints: KeypointParameters::read(from)?,
+            orientation: OrientationParameters::read(from)?,
+            effort: EffortParameters::read(from)?,
         })
     }
 
@@ -236,31 +236,35 @@ impl<'a> Frame<'a> {
     pub fn cue(
         &self,
         name: CueName,
-        looks: &Looks,
+        cue_parameters: &CueParameters,
         groups: &'a [Group],
         is_rescaled: bool,
     ) -> Option<Box<dyn Cue + 'a>> {
         let picture = self.picture;
         Some(match name {
             CueName::Edges => {
-                let loss = if is_rescaled { 1.0 } else { looks.outline.loss };
+                let loss = if is_rescaled { 1.0 } else { cue_parameters.outline.loss };
                 Box::new(Outline { edges: picture.edges.as_ref()?, groups, loss })
             }
             CueName::Blobs => {
-                let BlobLook { sd_m, reach, .. } = looks.blobs;
+                let BlobParameters { sd_m, reach, .. } = cue_parameters.blobs;
                 let scale = if is_rescaled { Scale::Pixels } else { Scale::Spread { sd_m, reach } };
                 Box::new(BlobDistance { blobs: self.blobs, groups, scale })
             }
             CueName::Regions => {
                 let (skin, foreground) = (picture.skin.as_ref(), picture.foreground.as_ref());
-                Box::new(Regions { skin, foreground, groups, look: looks.regions, bare: self.bare })
+                Box::new(Regions { skin, foreground, groups, parameters: cue_parameters.regions, bare: self.bare })
             }
-            CueName::Keypoints => Box::new(KeypointDistance { person: self.person?, groups, look: looks.keypoints }),
+            CueName::Keypoints => {
+                Box::new(KeypointDistance { person: self.person?, groups, parameters: cue_parameters.keypoints })
+            }
             CueName::Orientation if self.orientations.is_empty() => return None,
-            CueName::Orientation => {
-                Box::new(OrientationDistance { orientations: self.orientations, groups, look: looks.orientation })
-            }
-            CueName::Effort => Box::new(Effort { groups, look: looks.effort }),
+            CueName::Orientation => Box::new(OrientationDistance {
+                orientations: self.orientations,
+                groups,
+                parameters: cue_parameters.orientation,
+            }),
+            CueName::Effort => Box::new(Effort { groups, parameters: cue_parameters.effort }),
             CueName::Limits => Box::new(Limits),
             CueName::Penetration => Box::new(Penetration),
         })

@@ -1,6 +1,6 @@
 //! The edge cue, Li & Kulić eq. (4): which share of a part's projected outline meets no detected edge.
 
-use crate::projection::Seen;
+use crate::projection::Projected;
 use crate::{Error, Result};
 use rayon::prelude::*;
 
@@ -102,7 +102,7 @@ impl EdgeImage {
 /// Corners of the rectangle about a projected limb, of half-widths given in metres at either end. A limb that points at the
 /// camera has no direction of its own and keeps its ends.
 #[inline]
-pub fn rectangle(start: Seen, end: Seen, half_width_m: [f64; 2]) -> [[f64; 2]; 4] {
+pub fn rectangle(start: Projected, end: Projected, half_width_m: [f64; 2]) -> [[f64; 2]; 4] {
     let (du, dv) = (end.u - start.u, end.v - start.v);
     let length = (du * du + dv * dv).sqrt();
     let (nu, nv) = if length > 1e-9 { (-dv / length, du / length) } else { (1.0, 0.0) };
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn a_limb_towards_the_camera_keeps_its_ends() {
-        let at = Seen { u: 40.0, v: 30.0, px_per_m: 100.0 };
+        let at = Projected { u: 40.0, v: 30.0, px_per_m: 100.0 };
         let corners = rectangle(at, at, [0.1, 0.05]);
         assert_eq!(corners, [[50.0, 30.0], [45.0, 30.0], [35.0, 30.0], [30.0, 30.0]]);
         assert!(image(|_, v| v == 30).missed(&corners) < 1e-12);

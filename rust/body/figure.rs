@@ -5,7 +5,7 @@ use super::facing::Facing;
 use super::joints::{Group, KEY_JOINTS, KEYPOINTS};
 use super::model::{Place, SubModel};
 use crate::particles::ParticleSet;
-use crate::projection::{Projection, Seen};
+use crate::projection::{Projected, Projection};
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result, error::require};
 use nalgebra::Vector3;
@@ -244,7 +244,7 @@ impl Figure {
     ///
     /// # Panics
     /// When the state has no column.
-    pub fn seen(&self, projection: &Projection, state: &[f64]) -> Vec<Seen> {
+    pub fn seen(&self, projection: &Projection, state: &[f64]) -> Vec<Projected> {
         let points = self.points_of(state, self.model.len());
         points.as_chunks::<3>().0.iter().map(|point| projection.see(*point)).collect()
     }

@@ -53,7 +53,7 @@ pub struct BodyFilter {
 }
 
 /// What every island sees of one frame.
-struct Sight<'a> {
+struct AtFrame<'a> {
     figure: &'a Figure,
     projection: &'a Projection,
     method: &'a BodyMethod,
@@ -78,10 +78,10 @@ impl BodyFilter {
     /// [`Error::Parameter`], [`Error::Size`].
     pub fn new(figure: Figure, projection: Projection, method: BodyMethod, seed: u64) -> Result<Self> {
         method.check()?;
-        let BodyMethod { particles, islands: count, resampling, looks, balance, .. } = method;
+        let BodyMethod { particles, islands: count, resampling, cue_parameters, balance, .. } = method;
         let figure = figure.balanced(&projection, balance);
         let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
-        let assignments = vec![Assignment::new(looks.blobs.gate_m); count];
+        let assignments = vec![Assignment::new(cue_parameters.blobs.gate_m); count];
         let (worn, frames_s, bare, kept) = (Vec::new(), None, None, Vec::new());
         Ok(Self { figure, projection, method, islands, assignments, worn, frames_s, bare, kept })
     }
@@ -169,7 +169,7 @@ impl BodyFilter {
         let orientations: Vec<Orientation> = fresh.map(|worn| worn.orientation).collect();
         let Self { figure, projection, method, islands, assignments, .. } = self;
         let orientations = orientations.as_slice();
-        let sight = Sight { figure, projection, method, picture, orientations, time_s, elapsed_s, bare };
+        let sight = AtFrame { figure, projection, method, picture, orientations, time_s, elapsed_s, bare };
         let posteriors = islands
             .each(assignments, recorder, |filter, assignment, recorder| sight.update(filter, assignment, recorder))?;
         let first_s = self.frames_s.map_or(time_s, |[first_s, _]| first_s);
@@ -180,9 +180,9 @@ impl BodyFilter {
         let blobs = most_given(&posteriors);
         if self.method.smoothing.is_some() {
             let (mean, _) = together.moments();
-            let look = self.method.looks.keypoints;
+            let parameters = self.method.cue_parameters.keypoints;
             let joints = joints.summary(joints.dim());
-            let seen = seen((&self.figure, &self.projection), picture, look, (&mean, &joints));
+            let seen = seen((&self.figure, &self.projection), picture, parameters, (&mean, &joints));
             let (orientations, mean) = (orientations.to_vec(), mean.as_slice().to_vec());
             self.kept.push(Kept { time_s, seen, orientations, mean, blobs });
         }
@@ -223,7 +223,7 @@ impl BodyFilter {
     }
 }
 
-impl Sight<'_> {
+impl AtFrame<'_> {
     /// One cycle of an island.
     fn update(
         &self,
@@ -254,7 +254,7 @@ impl Sight<'_> {
             [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
         });
         let blobs = assignment.assign(&picture.blobs, &expected, seen[0].px_per_m);
-        (blobs, nearest(&picture.keypoints, figure, &seen, method.looks.keypoints))
+        (blobs, nearest(&picture.keypoints, figure, &seen, method.cue_parameters.keypoints))
     }
 }
 

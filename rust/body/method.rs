@@ -6,7 +6,7 @@
 //! | annealed | [diffusion, cues] k times: flat to sharp, the diffusion shrinking |
 //! | partitioned | torso; left arm; right arm |
 
-use super::cues::{BOUNDS, CueName, Frame, Looks};
+use super::cues::{BOUNDS, CueName, CueParameters, Frame};
 use super::figure::Figure;
 use super::joints::Group;
 use super::momentum::Momentum;
@@ -69,7 +69,7 @@ pub struct BodyMethod {
     /// Share of the particles whose arm is drawn anew from all that its joints allow.
     pub anew_share: f64,
     /// How much each cue counts.
-    pub looks: Looks,
+    pub cue_parameters: CueParameters,
     /// Of how far arms reach towards the camera, so much the trunk gives way.
     pub balance: f64,
     /// What the estimate adds to the joints' depth.
@@ -118,7 +118,7 @@ impl BodyMethod {
         require_not_negative("trunk_density", trunk, "0 rad/√s or more")?;
         require_not_negative("joint_density", joint, "0 rad/√s or more")?;
         require((0.0..1.0).contains(&self.anew_share), "anew_share", self.anew_share, "a share from 0 to below 1")?;
-        self.looks.check()?;
+        self.cue_parameters.check()?;
         require((0.0..=1.0).contains(&self.balance), "balance", self.balance, "a share from 0 to 1")?;
         self.unseen.check()?;
         self.smoothing.iter().try_for_each(Momentum::check)?;
@@ -165,6 +165,6 @@ impl BodyMethod {
 
     fn cue<'a>(&self, name: CueName, layer: &'a BodyLayer, frame: &Frame<'a>) -> Option<Box<dyn Cue + 'a>> {
         let is_rescaled = matches!(layer.blend, Blend::Rescaled { .. });
-        frame.cue(name, &self.looks, &layer.mover.groups, is_rescaled)
+        frame.cue(name, &self.cue_parameters, &layer.mover.groups, is_rescaled)
     }
 }

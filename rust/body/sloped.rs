@@ -5,7 +5,7 @@
 use super::figure::Figure;
 use crate::filter::Linear;
 use crate::particles::ParticleSet;
-use crate::projection::{Projection, Seen};
+use crate::projection::{Projected, Projection};
 use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3xX, Vector2, Vector3};
 
 /// Half the difference between neighbours, m or rad.
@@ -70,7 +70,7 @@ impl<'a> Sloped<'a> {
     }
 
     /// Where the camera sees it, and how that moves with the state, `(2, D)`; none behind the camera.
-    pub fn seen(&self, point: usize) -> Option<(Seen, Matrix2xX<f64>)> {
+    pub fn seen(&self, point: usize) -> Option<(Projected, Matrix2xX<f64>)> {
         let at = self.at(point);
         let (_, slope) = self.projection.see_with_slope(at)?;
         Some((self.projection.see(at.into()), slope * self.slope(point)))

@@ -5,7 +5,7 @@
 //! from the particles' track and from the first pose held; from either limbs are mirrored ([`super::mirrored`]), and both are weighed.
 
 use super::cues::Picture;
-use super::cues::keypoints::{Keypoint, KeypointLook, Person, nearest};
+use super::cues::keypoints::{Keypoint, KeypointParameters, Person, nearest};
 use super::figure::Figure;
 use super::joints::KEY_JOINTS;
 use super::method::BodyMethod;
@@ -57,10 +57,10 @@ pub(super) struct Recorded<'a> {
 pub(super) fn seen(
     (figure, projection): (&Figure, &Projection),
     picture: &Picture,
-    look: KeypointLook,
+    parameters: KeypointParameters,
     (mean, joints): (&DVector<f64>, &Summary),
 ) -> Option<Person> {
-    let person = nearest(&picture.keypoints, figure, &figure.seen(projection, mean.as_slice()), look);
+    let person = nearest(&picture.keypoints, figure, &figure.seen(projection, mean.as_slice()), parameters);
     // Without a picture either, the particles have seen nothing.
     person.copied().or_else(|| picture.edges.is_some().then(|| seen_by_particles(projection, joints)))
 }
@@ -107,7 +107,7 @@ impl Recorded<'_> {
         let span_s = frames[frames.len() - 1].time_s - frames[0].time_s;
         let share = (span_s / frames.len() as f64 / POSTURE_S).min(1.0);
         let mut method = self.method.clone();
-        method.looks.effort.loss *= share;
+        method.cue_parameters.effort.loss *= share;
         let layer = Body::whole(&method);
         let body =
             Body { figure: self.figure, projection: self.projection, method: &method, layer: &layer, moving: &moving };

@@ -134,22 +134,22 @@ impl Trajectory<'_> {
     /// How many frames' errors are one and the same: what the sum of all errors is more than that of as many that are not alike.
     pub fn alike(&self, at: &[DVector<f64>]) -> f64 {
         let Body { figure, projection, method, layer, .. } = self.body;
-        let look = method.looks.keypoints;
+        let parameters = method.cue_parameters.keypoints;
         let (mut sums, mut squares) = (vec![Vector2::zeros(); figure.model.len()], 0.0);
         for (kept, state) in self.frames.iter().zip(at) {
             let Some(person) = &kept.seen else { continue };
             let sloped = Sloped::new(figure, projection, &state.as_slice()[..figure.model.dim()]);
-            let cue = KeypointDistance { person, groups: &layer.mover.groups, look };
+            let cue = KeypointDistance { person, groups: &layer.mover.groups, parameters };
             for Off { point, residual, spread, .. } in cue.off(&sloped) {
                 let off = residual / spread;
-                if off.norm() < look.reach {
+                if off.norm() < parameters.reach {
                     sums[point] += off;
                     squares += off.norm_squared();
                 }
             }
         }
         let sum: f64 = sums.iter().map(Vector2::norm_squared).sum();
-        (sum / squares.max(f64::MIN_POSITIVE) / look.inflation.powi(2)).max(1.0)
+        (sum / squares.max(f64::MIN_POSITIVE) / parameters.inflation.powi(2)).max(1.0)
     }
 
     fn elapsed_s(&self, step: usize) -> f64 {

@@ -5,7 +5,7 @@ use super::figure::Figure;
 use super::sloped::{Rows, Sloped};
 use crate::filter::{Blend, Likelihood};
 use crate::particles::{Block, ParticleSet};
-use crate::projection::{Projection, Seen};
+use crate::projection::{Projected, Projection};
 use rayon::prelude::*;
 
 /// Particles that are posed together.
@@ -37,7 +37,7 @@ pub struct Posed<'a> {
     /// How many particles.
     pub count: usize,
     points: &'a [f64],
-    seen: &'a [Seen],
+    seen: &'a [Projected],
     block: Block<'a>,
     first: usize,
 }
@@ -51,7 +51,7 @@ impl Posed<'_> {
 
     /// Where the camera sees the figure's points for a particle, `(P,)`.
     #[inline]
-    pub fn seen(&self, particle: usize) -> &[Seen] {
+    pub fn seen(&self, particle: usize) -> &[Projected] {
         let points = self.seen.len() / self.count;
         &self.seen[particle * points..(particle + 1) * points]
     }
@@ -94,7 +94,7 @@ impl Weighing<'_> {
                 let (particle, point) = (k / points, k % points);
                 self.projection.see([0, 1, 2].map(|d| places[(3 * point + d) * count + particle]))
             };
-            let seen: Vec<Seen> = (0..count * points).map(see).collect();
+            let seen: Vec<Projected> = (0..count * points).map(see).collect();
             let posed = Posed { figure: self.figure, count, points: &places, seen: &seen, block, first };
             for (cue, out) in cues.iter().zip(out.chunks_mut(count)) {
                 cue.score(&posed, out);

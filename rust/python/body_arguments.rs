@@ -1,6 +1,6 @@
 //! What Python gives a body tracker, read: the outer shape, the camera, the method.
 
-use crate::body::cues::Looks;
+use crate::body::cues::CueParameters;
 use crate::body::{Blend, BodyLayer, BodyMethod, CueName, Diffusion, Group, Momentum, Mover, Part, Unseen};
 use crate::camera::Camera;
 use crate::filter::Resampling;
@@ -132,7 +132,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
             joint: m.joint_density,
         },
         anew_share: m.anew_share,
-        looks: Looks::read(&numbers(method)?)?,
+        cue_parameters: CueParameters::read(&numbers(method)?)?,
         balance: m.balance,
         smoothing: extract_smoothing(method)?,
         unseen: Unseen {

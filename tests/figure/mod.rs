@@ -2,13 +2,13 @@
 #![allow(dead_code)] // each test uses some of it
 
 use nalgebra::{Matrix3, Vector3};
-use pytracker::body::cues::Looks;
-use pytracker::body::cues::blobs::BlobLook;
-use pytracker::body::cues::effort::EffortLook;
-use pytracker::body::cues::keypoints::KeypointLook;
-use pytracker::body::cues::orientation::OrientationLook;
-use pytracker::body::cues::outline::OutlineLook;
-use pytracker::body::cues::region::RegionLook;
+use pytracker::body::cues::CueParameters;
+use pytracker::body::cues::blobs::BlobParameters;
+use pytracker::body::cues::effort::EffortParameters;
+use pytracker::body::cues::keypoints::KeypointParameters;
+use pytracker::body::cues::orientation::OrientationParameters;
+use pytracker::body::cues::outline::OutlineParameters;
+use pytracker::body::cues::region::RegionParameters;
 use pytracker::body::edges::EdgeImage;
 use pytracker::body::{
     Blend, BodyFilter, BodyLayer, BodyMethod, CueName, Diffusion, Figure, Group, Mover, Part, Picture, Unseen,
@@ -20,7 +20,7 @@ use pytracker::skeleton::{Bone, Channel, Skeleton};
 use pytracker::{Estimate, Observation, Result, Tracker};
 use std::sync::Arc;
 
-pub const LOOK: KeypointLook = KeypointLook { inflation: 1.0, reach: 4.0 };
+pub const KEYPOINT_PARAMETERS: KeypointParameters = KeypointParameters { inflation: 1.0, reach: 4.0 };
 
 /// Arms stretched out to the sides, 0.3 m and 0.25 m long; turning a shoulder about z lifts the left arm.
 fn skeleton(elbow: Matrix3<f64>) -> Skeleton {
@@ -113,13 +113,13 @@ pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
     BodyMethod {
         particles: 400,
         islands: 1,
-        looks: Looks {
-            outline: OutlineLook { loss: edge_loss },
-            blobs: BlobLook { sd_m: 0.03, reach: 4.0, gate_m: 0.5 },
-            regions: RegionLook { skin_loss: 0.0, foreground_loss: 0.0, reach_m: 0.2 },
-            keypoints: LOOK,
-            orientation: OrientationLook { inflation: 1.0 },
-            effort: EffortLook { loss: 0.0 },
+        cue_parameters: CueParameters {
+            outline: OutlineParameters { loss: edge_loss },
+            blobs: BlobParameters { sd_m: 0.03, reach: 4.0, gate_m: 0.5 },
+            regions: RegionParameters { skin_loss: 0.0, foreground_loss: 0.0, reach_m: 0.2 },
+            keypoints: KEYPOINT_PARAMETERS,
+            orientation: OrientationParameters { inflation: 1.0 },
+            effort: EffortParameters { loss: 0.0 },
         },
         balance: 0.0,
         unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0 },

@@ -12,7 +12,7 @@ const FAR_PX: f64 = 1e4;
 
 /// How far off a blob may be.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct BlobLook {
+pub struct BlobParameters {
     /// Standard deviation of a blob's centre, m.
     pub sd_m: f64,
     /// Standard deviations beyond which a blob says nothing more.
@@ -21,7 +21,7 @@ pub struct BlobLook {
     pub gate_m: f64,
 }
 
-impl BlobLook {
+impl BlobParameters {
     /// Of a method's `blob_sd_m`, `blob_reach` and `gate_m`.
     ///
     /// # Errors

@@ -19,12 +19,12 @@ const HANGING: f64 = 1e-4;
 
 /// How much it counts how arms are held.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct EffortLook {
+pub struct EffortParameters {
     /// Log-likelihood lost by an upper arm that is held out level.
     pub loss: f64,
 }
 
-impl EffortLook {
+impl EffortParameters {
     /// Of a method's `effort_loss`.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ pub struct Effort<'a> {
     /// Groups whose arms count.
     pub groups: &'a [Group],
     /// How much they count.
-    pub look: EffortLook,
+    pub parameters: EffortParameters,
 }
 
 impl Cue for Effort<'_> {
@@ -59,14 +59,14 @@ impl Cue for Effort<'_> {
                 let reach = [0, 1, 2].map(|d| far[d] - near[d]);
                 let length = reach.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
                 // y is up: nothing where it hangs, all where it is level, twice as much overhead.
-                *out += self.look.loss * (1.0 + reach[1] / length);
+                *out += self.parameters.loss * (1.0 + reach[1] / length);
             }
         }
     }
 
     /// As the square of a number that is zero where the arm hangs.
     fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
-        let loss = self.look.loss;
+        let loss = self.parameters.loss;
         if loss == 0.0 {
             return;
         }

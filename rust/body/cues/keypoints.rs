@@ -9,7 +9,7 @@ use super::super::sloped::{Rows, Sloped};
 use super::super::weighing::{Cue, Posed};
 use crate::error::{MOST_PX, require, require_pixel};
 use crate::parameters::{Parameters, require_positive};
-use crate::projection::Seen;
+use crate::projection::Projected;
 use crate::{Error, Result};
 use nalgebra::{Matrix2xX, Vector2};
 use serde::{Deserialize, Serialize};
@@ -28,7 +28,7 @@ pub type Person = [Option<Keypoint>; KEYPOINTS.len()];
 
 /// How much keypoints count.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct KeypointLook {
+pub struct KeypointParameters {
     /// How many times the spread of a single frame: errors of neighbouring frames are much alike.
     pub inflation: f64,
     /// Beyond about so many standard deviations a point says nothing more.
@@ -73,14 +73,14 @@ pub struct KeypointDistance<'a> {
     /// Groups whose points count.
     pub groups: &'a [Group],
     /// How much they count.
-    pub look: KeypointLook,
+    pub parameters: KeypointParameters,
 }
 
 /// What a point that is seen at `seen` loses.
-fn loss(seen: Seen, keypoint: Keypoint, mismatch_m: f64, look: KeypointLook) -> f64 {
-    let most = (-0.5 * look.reach * look.reach).exp();
+fn loss(seen: Projected, keypoint: Keypoint, mismatch_m: f64, parameters: KeypointParameters) -> f64 {
+    let most = (-0.5 * parameters.reach * parameters.reach).exp();
     let [du, dv] = [seen.u - keypoint.pixel[0], seen.v - keypoint.pixel[1]];
-    let spread = look.spread(keypoint, mismatch_m, seen.px_per_m);
+    let spread = parameters.spread(keypoint, mismatch_m, seen.px_per_m);
     let squared = (du * du + dv * dv) / (spread * spread);
     // Behind the camera it is nowhere.
     let explained = if squared.is_finite() { (-0.5 * squared).exp() } else { 0.0 };
@@ -99,7 +99,7 @@ pub struct Off {
     pub slope: Matrix2xX<f64>,
 }
 
-impl KeypointLook {
+impl KeypointParameters {
     /// Of a method's `keypoint_inflation` and `keypoint_reach`.
     ///
     /// # Errors
@@ -130,7 +130,7 @@ impl KeypointDistance<'_> {
         let off = |(point, keypoint, mismatch_m): (usize, Keypoint, f64)| {
             let (seen, slope) = at.seen(point)?;
             let residual = Vector2::new(keypoint.pixel[0] - seen.u, keypoint.pixel[1] - seen.v);
-            Some(Off { point, residual, spread: self.look.spread(keypoint, mismatch_m, px_per_m), slope })
+            Some(Off { point, residual, spread: self.parameters.spread(keypoint, mismatch_m, px_per_m), slope })
         };
         self.points(at.figure).filter_map(off).collect()
     }
@@ -148,14 +148,16 @@ impl Cue for KeypointDistance<'_> {
         for (i, out) in out.iter_mut().enumerate() {
             let seen = posed.seen(i);
             let points = self.points(posed.figure);
-            *out = points.map(|(point, keypoint, mismatch_m)| loss(seen[point], keypoint, mismatch_m, self.look)).sum();
+            *out = points
+                .map(|(point, keypoint, mismatch_m)| loss(seen[point], keypoint, mismatch_m, self.parameters))
+                .sum();
         }
     }
 
     /// A wild point's spread grows with how far off it is (Geman & McClure), so that it ends up saying nothing.
     fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
         for Off { residual, spread, slope, .. } in self.off(at) {
-            let wild = 1.0 + residual.norm_squared() / (spread * self.look.reach).powi(2);
+            let wild = 1.0 + residual.norm_squared() / (spread * self.parameters.reach).powi(2);
             rows.push_pixel(residual, &slope, (spread * wild).powi(2));
         }
     }
@@ -166,9 +168,14 @@ impl Cue for KeypointDistance<'_> {
 }
 
 /// The person whose points lie nearest to where the figure's are expected; none where no point of any is within reach.
-pub fn nearest<'a>(people: &'a [Person], figure: &Figure, seen: &[Seen], look: KeypointLook) -> Option<&'a Person> {
+pub fn nearest<'a>(
+    people: &'a [Person],
+    figure: &Figure,
+    seen: &[Projected],
+    parameters: KeypointParameters,
+) -> Option<&'a Person> {
     // A person may have moved since the last frame, and a first pose may be rough.
-    let wide = KeypointLook { inflation: 4.0 * look.inflation, ..look };
+    let wide = KeypointParameters { inflation: 4.0 * parameters.inflation, ..parameters };
     let gained = |person: &Person| {
         let most = 0.5 * wide.reach * wide.reach;
         let points = KEYPOINTS.iter().zip(person).zip(&figure.keypoints);

@@ -93,12 +93,12 @@ impl Orientation {
 
 /// How much orientations count.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct OrientationLook {
+pub struct OrientationParameters {
     /// How many times the spread of a single frame: errors of neighbouring frames are much alike.
     pub inflation: f64,
 }
 
-impl OrientationLook {
+impl OrientationParameters {
     /// Of a method's `orientation_inflation`.
     ///
     /// # Errors
@@ -123,7 +123,7 @@ pub struct OrientationDistance<'a> {
     /// Groups whose segments count.
     pub groups: &'a [Group],
     /// How much they count.
-    pub look: OrientationLook,
+    pub parameters: OrientationParameters,
 }
 
 impl Orientation {
@@ -172,14 +172,14 @@ impl Cue for OrientationDistance<'_> {
     fn score(&self, posed: &Posed<'_>, out: &mut [f64]) {
         let worn = || self.orientations.iter().filter(|worn| self.groups.contains(&worn.segment.group()));
         for (i, out) in out.iter_mut().enumerate() {
-            *out = worn().map(|worn| worn.loss(posed, i, self.look.inflation)).sum();
+            *out = worn().map(|worn| worn.loss(posed, i, self.parameters.inflation)).sum();
         }
     }
 
     /// Direction and roll, as vectors: an angle's slope has no end where it turns over.
     fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
         for worn in self.orientations.iter().filter(|worn| self.groups.contains(&worn.segment.group())) {
-            worn.linearise(at, self.look.inflation, rows);
+            worn.linearise(at, self.parameters.inflation, rows);
         }
     }
 

@@ -9,12 +9,12 @@ use serde::{Deserialize, Serialize};
 
 /// How much outlines count.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct OutlineLook {
+pub struct OutlineParameters {
     /// Log-likelihood lost by a part that misses every edge.
     pub loss: f64,
 }
 
-impl OutlineLook {
+impl OutlineParameters {
     /// Of a method's `edge_loss`.
     ///
     /// # Errors

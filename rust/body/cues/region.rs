@@ -9,7 +9,7 @@ use super::super::figure::Figure;
 use super::super::joints::{Group, KEY_JOINTS};
 use super::super::weighing::{Cue, Posed};
 use crate::parameters::{Parameters, require_not_negative, require_positive};
-use crate::projection::Seen;
+use crate::projection::Projected;
 use crate::{Error, Result, error::require};
 use serde::{Deserialize, Serialize};
 
@@ -24,7 +24,7 @@ pub struct Region {
 
 /// How much regions count, and how far off a place may be before it is as bad as any.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RegionLook {
+pub struct RegionParameters {
     /// Log-likelihood lost by hands and forearms off the skin, and by skin that nobody wears.
     pub skin_loss: f64,
     /// The same of limbs and the foreground.
@@ -33,7 +33,7 @@ pub struct RegionLook {
     pub reach_m: f64,
 }
 
-impl RegionLook {
+impl RegionParameters {
     /// Of a method's `skin_loss`, `foreground_loss` and `region_reach_m`.
     ///
     /// # Errors
@@ -63,7 +63,7 @@ pub struct Regions<'a> {
     /// Groups whose limbs may be amiss.
     pub groups: &'a [Group],
     /// How much they count.
-    pub look: RegionLook,
+    pub parameters: RegionParameters,
     /// How bare the forearms are, 0 to 1.
     pub bare: f64,
 }
@@ -79,27 +79,29 @@ impl Cue for Regions<'_> {
 
 impl Regions<'_> {
     /// What is lost by a posed figure, `seen` in the picture.
-    fn loss(&self, figure: &Figure, seen: &[Seen]) -> f64 {
-        let Self { skin, foreground, groups, look, bare } = *self;
+    fn loss(&self, figure: &Figure, seen: &[Projected]) -> f64 {
+        let Self { skin, foreground, groups, parameters, bare } = *self;
         let px_per_m = seen[0].px_per_m;
         if !px_per_m.is_finite() || !seen.iter().all(|point| point.u.is_finite() && point.v.is_finite()) {
-            return 2.0 * (look.skin_loss + look.foreground_loss);
+            return 2.0 * (parameters.skin_loss + parameters.foreground_loss);
         }
-        let capped = 1.0 / (look.reach_m * px_per_m);
+        let capped = 1.0 / (parameters.reach_m * px_per_m);
         let arms = || groups.iter().filter(|group| **group != Group::Torso);
         let count = arms().count() as f64;
         let mut lost = 0.0;
-        if let Some(skin) = skin.filter(|skin| look.skin_loss > 0.0 && count > 0.0 && !skin.points.is_empty()) {
+        if let Some(skin) = skin.filter(|skin| parameters.skin_loss > 0.0 && count > 0.0 && !skin.points.is_empty()) {
             let off: f64 = arms().map(|group| off_skin(skin, seen, *group, bare, capped)).sum();
             let worn = skin_wearers(figure, seen, bare, px_per_m);
-            lost += look.skin_loss * (OFF * off / count + unexplained(&skin.points, &worn, capped, f64::INFINITY));
+            lost +=
+                parameters.skin_loss * (OFF * off / count + unexplained(&skin.points, &worn, capped, f64::INFINITY));
         }
-        if let Some(foreground) = foreground.filter(|mask| look.foreground_loss > 0.0 && !mask.points.is_empty()) {
+        if let Some(foreground) = foreground.filter(|mask| parameters.foreground_loss > 0.0 && !mask.points.is_empty())
+        {
             let off: f64 = arms().map(|group| off_foreground(foreground, seen, *group, capped)).sum();
             let limbs = all_limbs(figure, seen, px_per_m);
             // The model has no legs: what is below the hips says nothing.
             let lowest = seen[0].v;
-            lost += look.foreground_loss
+            lost += parameters.foreground_loss
                 * (OFF * off / count.max(1.0) + unexplained(&foreground.points, &limbs, capped, lowest));
         }
         lost
@@ -157,7 +159,7 @@ impl Region {
 }
 
 impl Capsule {
-    fn new(a: Seen, b: Seen, radius: f64) -> Self {
+    fn new(a: Projected, b: Projected, radius: f64) -> Self {
         let along = [b.u - a.u, b.v - a.v];
         let length2 = along[0] * along[0] + along[1] * along[1];
         Self { from: [a.u, a.v], along, per_length2: 1.0 / length2.max(1e-9), radius }
@@ -182,7 +184,7 @@ fn arm(group: Group) -> [(usize, usize); 3] {
     }
 }
 
-fn between(seen: &[Seen], (a, b): (usize, usize), share: f64) -> [f64; 2] {
+fn between(seen: &[Projected], (a, b): (usize, usize), share: f64) -> [f64; 2] {
     [seen[a].u + share * (seen[b].u - seen[a].u), seen[a].v + share * (seen[b].v - seen[a].v)]
 }
 
@@ -205,26 +207,26 @@ impl Limbs {
 }
 
 /// Of a hand and its forearm: mean capped distance from the skin, 0 to 1.
-fn off_skin(skin: &Region, seen: &[Seen], group: Group, bare: f64, capped: f64) -> f64 {
+fn off_skin(skin: &Region, seen: &[Projected], group: Group, bare: f64, capped: f64) -> f64 {
     let [_, forearm, hand] = arm(group);
     let mut sum = 0.0;
     let mut weight = 0.0;
-    let mut look = |place: [f64; 2], counts: f64| {
+    let mut visit = |place: [f64; 2], counts: f64| {
         if let Some(distance) = skin.distance(place) {
             sum += counts * (distance * capped).min(1.0);
             weight += counts;
         }
     };
-    look(between(seen, hand, 1.0), 2.0);
-    look(between(seen, hand, 0.5), 1.0);
+    visit(between(seen, hand, 1.0), 2.0);
+    visit(between(seen, hand, 0.5), 1.0);
     for share in ON_FOREARM {
-        look(between(seen, forearm, share), bare);
+        visit(between(seen, forearm, share), bare);
     }
     if weight > 0.0 { sum / weight } else { 0.5 }
 }
 
 /// Of an arm: mean capped distance from the foreground, 0 to 1.
-fn off_foreground(mask: &Region, seen: &[Seen], group: Group, capped: f64) -> f64 {
+fn off_foreground(mask: &Region, seen: &[Projected], group: Group, capped: f64) -> f64 {
     let [upper_arm, forearm, hand] = arm(group);
     let upper = ON_UPPER_ARM.iter().map(|share| between(seen, upper_arm, *share));
     let places = upper.chain(ON_FOREARM.iter().map(|share| between(seen, forearm, *share)));
@@ -262,7 +264,7 @@ fn unexplained(points: &[[f64; 2]], limbs: &Limbs, capped: f64, lowest: f64) -> 
 }
 
 /// Head, hands and as much of the forearms as is bare.
-fn skin_wearers(figure: &Figure, seen: &[Seen], bare: f64, px_per_m: f64) -> Limbs {
+fn skin_wearers(figure: &Figure, seen: &[Projected], bare: f64, px_per_m: f64) -> Limbs {
     let radius = (HAND_M + SLACK_M) * px_per_m;
     let heads = figure.limbs.iter().filter(|limb| limb.group == Group::Torso).skip(1);
     let heads = heads
@@ -270,13 +272,13 @@ fn skin_wearers(figure: &Figure, seen: &[Seen], bare: f64, px_per_m: f64) -> Lim
     let arms = [Group::LeftArm, Group::RightArm].into_iter().flat_map(|group| {
         let [_, (elbow, wrist), (_, hand)] = arm(group);
         let [u, v] = between(seen, (wrist, elbow), bare);
-        let forearm = Capsule::new(seen[wrist], Seen { u, v, ..seen[elbow] }, radius);
+        let forearm = Capsule::new(seen[wrist], Projected { u, v, ..seen[elbow] }, radius);
         [Capsule::new(seen[wrist], seen[hand], radius), forearm]
     });
     Limbs::of(heads.chain(arms))
 }
 
-fn all_limbs(figure: &Figure, seen: &[Seen], px_per_m: f64) -> Limbs {
+fn all_limbs(figure: &Figure, seen: &[Projected], px_per_m: f64) -> Limbs {
     let radius = |half: [f64; 2]| (0.5 * (half[0] + half[1]) + SLACK_M) * px_per_m;
     let limbs =
         figure.limbs.iter().map(|limb| Capsule::new(seen[limb.start], seen[limb.end], radius(limb.half_width_m)));
@@ -290,7 +292,7 @@ fn all_limbs(figure: &Figure, seen: &[Seen], px_per_m: f64) -> Limbs {
 
 /// How bare the forearms of a posed figure are: the share of places on them that lie on skin, 0 to 1; all of it where
 /// no hand is seen.
-pub fn bareness(skin: &Region, seen: &[Seen]) -> f64 {
+pub fn bareness(skin: &Region, seen: &[Projected]) -> f64 {
     let on = |place| skin.distance(place).is_some_and(|distance| distance <= SLACK_M * seen[0].px_per_m);
     let arms = [Group::LeftArm, Group::RightArm].map(arm);
     if !arms.iter().any(|[_, _, hand]| on(between(seen, *hand, 1.0))) {
@@ -327,7 +329,7 @@ mod tests {
 
     #[test]
     fn a_capsule_explains_what_is_within_it() {
-        let at = |u: f64, v: f64| Seen { u, v, px_per_m: 100.0 };
+        let at = |u: f64, v: f64| Projected { u, v, px_per_m: 100.0 };
         let limb = Capsule::new(at(10.0, 10.0), at(30.0, 10.0), 3.0);
         assert_eq!(beyond(&[limb], [20.0, 12.0]), 0.0);
         assert_eq!(beyond(&[limb], [20.0, 17.0]), 4.0);
