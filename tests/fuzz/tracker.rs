@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzz_target;
 use nalgebra::{Matrix3, UnitQuaternion, Vector2, Vector3};
 use pytracker::arm::cues::CueName;
 use pytracker::arm::ekf::Correction;
-use pytracker::arm::cues::landmark::{Joint, Landmark};
+use pytracker::arm::cues::landmark::{Landmark, SeenJoint};
 use pytracker::arm::particle::{ArmLayer, Mover};
 use pytracker::arm::setup::Setup;
 use pytracker::arm::process::GaussMarkov;
