@@ -201,6 +201,11 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ("WristMotion.csv", WATCH.encode(), imu_log),
         ("shimmer.csv", SHIMMER.encode(), imu_log),
         ("phone/Gyroscope.csv", PHONE.encode(), lambda path: imu_log(path.parent)),
+        (
+            "phone/Metadata.csv",
+            b'platform,sensors,standardisation\nios,"a,b",false\n',
+            lambda path: imu_log(path.parent),
+        ),
         ("phone/Accelerometer.csv", PHONE.encode(), lambda path: imu_log(path.parent)),
         ("any-imu.csv", imu, lambda path: find_conventions(read_imu(path))),
         ("mapped.csv", imu, lambda path: read_imu(path, columns={"mag_x": "acc_x", "q_w": "q_z"})),

@@ -20,7 +20,7 @@ FORCE = np.stack([np.sin(3 * TIME_S), np.zeros(300), np.full(300, GRAVITY)], axi
 UP = np.array([0.0, 0.0, GRAVITY])
 ANDROID = "version,platform,standardisation\n1.5,android,false\n"
 IPHONE = "version,platform,standardisation\n1.5,ios,false\n"
-STANDARD = "version,platform,standardisation\n1.5,ios,true\n"
+STANDARD = 'version,platform,sensors,standardisation\n1.5,ios,"Accelerometer,Gravity",true\n'
 
 
 def sensor(path: Path, time_s: Array, values: Array) -> None:

@@ -6,6 +6,7 @@ accelerations and gravity the other way round than everybody else (Core Motion: 
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 import re
 from dataclasses import dataclass
@@ -140,10 +141,13 @@ class Platform:
 
 def _platform(file: Path | None) -> Platform:
     """As Sensor Logger's Metadata.csv says."""
-    lines = read_lines(file) if file is not None else []
-    if len(lines) < 2:
+    try:
+        rows = list(csv.reader(read_lines(file)[:2])) if file is not None else []
+    except csv.Error as error:
+        raise InputError(f"{file}: is no table: {error}") from None
+    if len(rows) < 2:
         return Platform()
-    said = dict(zip(lines[0].lower().split(","), lines[1].lower().split(","), strict=False))
+    said = {name.strip().lower(): value.strip().lower() for name, value in zip(*rows, strict=False)}
     platform = said.get("platform", "")
     return Platform(platform in ("ios", "android"), platform == "ios", said.get("standardisation", "") == "true")
 
