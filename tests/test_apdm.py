@@ -53,6 +53,8 @@ def test_what_is_amiss_is_said(tmp_path: Path) -> None:
     path = opal(tmp_path / "trial.h5", ("Lumbar", "Right Foot"))
     with pytest.raises(pt.InputError, match=r"its sensors are 100 \(Lumbar\), 101 \(Right Foot\), expected one on"):
         read_imu(path)
+    with pytest.raises(pt.InputError, match="segment is 'wrist', expected a side's forearm"):
+        read_imu(path, segment="wrist")
     path = opal(tmp_path / "short.h5", ("Right Wrist",))
     with h5py.File(path, "a") as file:
         del file["Sensors/100/Gyroscope"]

@@ -108,6 +108,46 @@ def test_a_sensor_that_pauses_is_told(tmp_path: Path) -> None:
     assert "Gyroscope.csv says nothing for 0.52 s" in read_imu(folder).warnings[0]
 
 
+def test_a_lively_arm_needs_gravity_all_the_same(tmp_path: Path) -> None:
+    """Its acceleration without gravity is as long as gravity."""
+    folder = phone(tmp_path / "phone", ANDROID)
+    lively = 14.0 * np.stack([np.sin(9 * TIME_S), np.cos(7 * TIME_S), np.zeros(300)], axis=1)
+    sensor(folder / "Accelerometer.csv", TIME_S, lively)
+    log = read_imu(folder)
+    assert log.acc == pytest.approx(lively[11:] + UP, abs=1e-6)
+
+
+def test_a_magnetometer_cuts_nothing_off(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    sensor(folder / "Magnetometer.csv", TIME_S[200:], TURN[200:])
+    log = read_imu(folder)
+    assert log.mag is None
+    assert len(log.time_s) == 289
+    assert "Magnetometer.csv goes from 2.00 to 2.99 s only: it is left out" in log.warnings[0]
+
+
+def test_what_a_late_gyroscope_cuts_off_is_told(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    sensor(folder / "Gyroscope.csv", TIME_S[250:], TURN[250:])
+    assert "phone: 2.50 s are left out" in read_imu(folder).warnings[0]
+
+
+def test_two_recordings_in_a_folder_are_refused(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    sensor(folder / "Gyroscope (1).csv", TIME_S, TURN)
+    with pytest.raises(pt.InputError, match=r"has Gyroscope \(1\).csv and Gyroscope.csv, expected one of them"):
+        read_imu(folder)
+
+
+def test_a_watch_with_two_accelerations_is_refused(tmp_path: Path) -> None:
+    path = watch(tmp_path / "WristMotion.csv", 1.0)
+    head, *rows = path.read_text().splitlines()
+    axes = ",".join(f"userAcceleration{axis}" for axis in "XYZ")
+    path.write_text("\n".join([f"{head},{axes}", *(f"{row},0,0,0" for row in rows)]))
+    with pytest.raises(pt.InputError, match="has several columns for acc_x"):
+        read_imu(path)
+
+
 def test_what_is_not_unpacked_is_told(tmp_path: Path) -> None:
     folder = phone(tmp_path / "phone", ANDROID)
     with zipfile.ZipFile(tmp_path / "phone.zip", "w") as packed:

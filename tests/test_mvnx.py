@@ -82,6 +82,11 @@ def test_what_is_amiss_is_said(old: str, new: str, message: str, motion: tuple[A
         read_imu(path)
 
 
+def test_a_segment_that_no_arm_has_is_named(motion: tuple[Array, Array], tmp_path: Path) -> None:
+    with pytest.raises(pt.InputError, match="segment is 'wrist', expected one of: right_forearm"):
+        read_imu(suit(tmp_path / "suit.mvnx", *motion), segment="wrist")
+
+
 def test_a_suit_tracks_an_arm(tmp_path: Path) -> None:
     """Forearm and upper arm out of one file."""
     scene = pt.ArmScene(duration_s=8.0, imu_rate_hz=60.0, senses=("upper_arm",))

@@ -37,7 +37,7 @@ AT_ONCE = 1000
 @singledispatch
 def read_evidence(recording: Recording, progress: Progress | None = None) -> Sightings | Senses:
     """What has to be known before the first observation: an arm's patch in the videos, a body's background."""
-    raise NotImplementedError(f"evidence of a {type(recording).__name__}")
+    raise InputError(f"{type(recording).__name__} is no recording of an arm or a body, expected one")
 
 
 @read_evidence.register
@@ -70,7 +70,7 @@ def observations(recording: Recording, evidence: Sightings | Senses | None = Non
     not grow with its length. Raises `InputError` for evidence of another kind, for sensor times that do not increase,
     and where no frame comes after the first sample.
     """
-    raise NotImplementedError(f"observations of a {type(recording).__name__}")
+    raise InputError(f"{type(recording).__name__} is no recording of an arm or a body, expected one")
 
 
 Recording.observer = staticmethod(observations)

@@ -42,9 +42,9 @@ def read_apdm(path: Path, segment: str) -> ImuLog:
     try:
         with h5py.File(path, "r") as file:
             return _read(path, file, segment)
+    except InputError:
+        raise
     except UNREADABLE as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(f"{path}: is no file of APDM's that can be read: {str(error)[:200]}") from None
 
 
@@ -83,6 +83,8 @@ def _label(group: Any) -> str:
 
 def _chosen(path: Path, labels: dict[str, str], segment: str) -> str:
     side, _, place = segment.partition("_")
+    if side not in ("left", "right") or place not in WORN:
+        raise InputError(f"{path}: segment is {segment!r}, expected a side's forearm or upper arm: right_forearm, ...")
     fitting = [
         name for name, label in labels.items() if side in label.lower() and any(w in label.lower() for w in WORN[place])
     ]

@@ -63,7 +63,7 @@ def header_of(lines: list[str]) -> Header:
         lines = [*lines[: first + 1], *(line.replace(",", ".") for line in lines[first + 1 :])]
     names = [name.strip().strip('"').lower() for name in lines[first].split(delimiter)]
     below = lines[first + 1].split(delimiter) if first + 1 < len(lines) else []
-    if any(name.endswith("_cal") for name in names) and len(below) == len(names):
+    if any(name.endswith("_cal") for name in names) and len(below) == len(names) and below[0].strip(' "').isalpha():
         names, first = of_shimmer(names, [unit.strip().strip('"') for unit in below]), first + 1
     # A comma at the end of every line begins no column.
     return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines)

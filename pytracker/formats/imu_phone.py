@@ -41,6 +41,8 @@ HEADER_LINES = 10
 """A header comes within these."""
 LEAST_GRAVITY = 0.5
 """Of the usual, in the median: less is none, or is in g."""
+CUT_S = 1.0
+"""Sensors begin and end so far apart without a word."""
 LONG_GAP = 10.0
 """A sensor that is silent for so many of its usual intervals has lost samples."""
 
@@ -60,9 +62,15 @@ class Sensor:
 
 
 def files_of_phone(folder: Path) -> dict[str, Path]:
-    """The CSV files of a folder by their names in small letters, without what is not one."""
-    names = {path: re.sub("[^a-z]", "", path.stem.lower()) for path in sorted(folder.glob("*.csv"))}
-    return {name: path for path, name in names.items()}
+    """What a phone's folder has that is read, by name in small letters. Raises `InputError` for two of one name."""
+    found: dict[str, Path] = {}
+    for path in sorted(folder.glob("*.[cC][sS][vV]")):
+        name = re.sub("[^a-z]", "", path.stem.lower())
+        if name in found:
+            raise InputError(f"{folder}: has {found[name].name} and {path.name}, expected one of them: one recording")
+        if name in (WATCH, METADATA, *TOTAL, *LINEAR, *OF_GRAVITY, *GYROSCOPE, *MAGNETOMETER):
+            found[name] = path
+    return found
 
 
 def read_phone(folder: Path) -> ImuLog:
@@ -102,9 +110,13 @@ def read_motion(path: Path, lines: list[str]) -> ImuLog:
     names = [_motion_name(name) for name in header.names]
     groups = {group: tuple(f"{group}_{axis}" for axis in "xyz") for group in ("acc", "gravity", "gyr")}
     missing = [name for group in groups.values() for name in group if name not in names]
+    if double := [name for group in groups.values() for name in group if names.count(name) > 1]:
+        raise InputError(
+            f"{path}:{header.first}: has several columns for {double[0]}, expected one: acceleration without gravity"
+        )
     if missing or "time_s" not in names:
         raise InputError(
-            f"{path}:{header.first}: Core Motion's columns lack {', '.join([*missing, 'time'][:6])}, expected "
+            f"{path}:{header.first}: Core Motion's columns lack {', '.join((missing or ['time'])[:6])}, expected "
             "acceleration, gravity and rotationRate along X, Y, Z, and seconds_elapsed"
         )
     wanted = {"time_s", *(name for group in groups.values() for name in group)}
@@ -164,7 +176,7 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
             "TotalAcceleration.csv or Gravity.csv of Sensor Logger; or WristMotion.csv of a watch"
         )
     length = float(np.median(np.linalg.norm(acc.values, axis=1)))
-    if length > LEAST_GRAVITY * GRAVITY:
+    if gravity is None and length > LEAST_GRAVITY * GRAVITY:
         return acc
     if gravity is None:
         raise InputError(
@@ -172,7 +184,12 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
             "not in it; expected TotalAcceleration.csv or Gravity.csv beside it"
         )
     covered = (acc.time_s >= gravity.time_s[0]) & (acc.time_s <= gravity.time_s[-1])
-    values = acc.values + gravity.at(acc.time_s)
+    down = gravity.at(acc.time_s)
+    # A lively arm's acceleration is as long as gravity too, but not along it.
+    along = (acc.values * down).sum(axis=1) / np.maximum(np.linalg.norm(down, axis=1), 1e-9)
+    if float(np.median(along)) > LEAST_GRAVITY * GRAVITY:
+        return acc
+    values = acc.values + down
     return Sensor(acc.path, acc.lines[covered], acc.time_s[covered], values[covered])
 
 
@@ -215,7 +232,14 @@ def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
 
 
 def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, warnings: tuple[str, ...]) -> ImuLog:
-    """At the accelerometer's times, as far as every sensor goes. Raises `InputError`."""
+    """At the accelerometer's times, as far as the gyroscope goes. Raises `InputError`."""
+    said = []
+    if mag is not None and (mag.time_s[0] > acc.time_s[0] + CUT_S or mag.time_s[-1] < acc.time_s[-1] - CUT_S):
+        said.append(
+            f"{mag.path.name} goes from {mag.time_s[0]:.2f} to {mag.time_s[-1]:.2f} s only: it is left out, and the "
+            "heading is arbitrary"
+        )
+        mag = None
     others = [sensor for sensor in (gyr, mag) if sensor is not None]
     first, last = max(s.time_s[0] for s in (acc, *others)), min(s.time_s[-1] for s in (acc, *others))
     # Twice the same time says nothing twice.
@@ -224,7 +248,8 @@ def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, 
         spans = "; ".join(f"{s.path.name} {s.time_s[0]:.2f} to {s.time_s[-1]:.2f} s" for s in (acc, *others))
         raise InputError(f"{acc.path.parent}: its sensors do not overlap ({spans}), expected one recording")
     time_s = acc.time_s[kept]
-    said = []
+    if (cut_s := float(np.ptp(acc.time_s) - np.ptp(time_s))) > 2 * CUT_S:
+        said.append(f"{acc.path.parent.name}: {cut_s:.2f} s are left out, where not every sensor says something")
     for sensor in others:
         wait = np.diff(sensor.time_s)
         if (longest := float(wait.max())) > LONG_GAP * float(np.median(wait)):

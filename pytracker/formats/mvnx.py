@@ -37,6 +37,8 @@ def is_mvnx(path: Path) -> bool:
 
 def read_mvnx(path: Path, segment: str) -> ImuLog:
     """The sensor on `segment`, one of `LABELS`. Raises `InputError` naming frame and expectation."""
+    if segment not in LABELS:
+        raise InputError(f"{path}: segment is {segment!r}, expected one of: {', '.join(LABELS)}")
     sensors: list[str] = []
     rows: list[tuple[float, NDArray[np.float64]]] = []
     for element in _elements(path):

@@ -109,8 +109,8 @@ def _is_turned(known: dict[str, object], truth: Path) -> bool:
     try:
         camera = Camera(
             matrix=known["matrix"],  # type: ignore[arg-type]  # validated
-            rotation=known["rotation"],  # type: ignore[arg-type]
-            translation_m=known["translation_m"],  # type: ignore[arg-type]
+            rotation=known["rotation"],  # type: ignore[arg-type]  # likewise
+            translation_m=known["translation_m"],  # type: ignore[arg-type]  # likewise
         )
         check_camera(camera)
         rows = np.stack(list(read_trc(truth).positions_m.values()), axis=1)
