@@ -7,6 +7,7 @@ import dataclasses
 import pickle
 import threading
 import time
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -332,3 +333,42 @@ def test_a_flat_layer_weighs_less_and_is_no_evidence(simulation: ArmSimulation, 
     assert np.isfinite(tracks[0].log_evidence).any()
     assert not np.isfinite(tracks[1].log_evidence).any()
     assert np.nanmedian(tracks[1].ess) > 1.5 * np.nanmedian(tracks[0].ess)
+
+
+def test_an_observation_says_who_observed(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
+    """In order of time, of the same time a sample first; what several sources number is told apart in an error."""
+    source = list(simulation.recording().observations(sightings))
+    assert {observed.source for observed in source} == {"forearm", "cameras"}
+    keys = [(observed.time_s, observed.is_frame) for observed in source]
+    assert keys == sorted(keys)
+    for what in ("forearm", "cameras"):
+        indices = [observed.index for observed in source if observed.source == what]
+        assert indices == list(range(len(indices)))
+    q = [1.0, 0.0, 0.0, 0.0]
+    worn = pt.Observation.orientation(0.0, "left_upper_arm", q, 0.1, index=17)
+    assert worn.source == "left_upper_arm"
+    assert pt.Observation.landmark(0.0, "elbow", [1.0, 2.0], 1.0, camera=1).source == "camera[1]"
+    with pytest.raises(pt.InputError, match="orientation 17 of left_upper_arm: "):
+        pt.Tracker(simulation.recording(), pt.Mixture()).observe(worn)
+
+
+def test_a_long_recording_is_made_as_it_is_taken(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
+    recording = simulation.recording()
+    imu = recording.imus[0]
+    many = np.arange(100_000) / 100
+    long = dataclasses.replace(
+        imu, time_s=many, acc=np.tile(imu.acc[:1], (len(many), 1)), gyr=None,
+        q_world_segment=np.tile(imu.q_world_segment[:1], (len(many), 1)),
+    )  # fmt: skip
+    tracemalloc.start()
+    first = next(dataclasses.replace(recording, imus=(long,)).observations(sightings))
+    least = dataclasses.replace(recording, imus=(imu,)).observations(sightings)
+    assert (first.index, next(least).index) == (0, 0)
+    assert tracemalloc.get_traced_memory()[1] < 2**20
+    tracemalloc.stop()
+
+
+def test_doubts_are_found_once(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
+    track = pt.track(simulation.recording(), pt.Mixture(), sightings=sightings)
+    assert track.doubts is track.doubts
+    assert track.doubts == pt.doubts(track)

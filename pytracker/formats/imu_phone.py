@@ -130,7 +130,7 @@ def read_motion(path: Path, lines: list[str]) -> ImuLog:
     if not (0.9 < norm < 1.1 or 0.9 < norm / GRAVITY < 1.1):
         raise InputError(f"{path}: gravity is {norm:.3g} long in the median, expected 1 g or {GRAVITY:.2f} m/s²")
     force = (-GRAVITY if norm < 2.0 else 1.0) * (acc + gravity)
-    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0] - time_s[0, 0], acc=force, gyr=gyr)
+    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0], acc=force, gyr=gyr)
 
 
 def _motion_name(name: str) -> str:
