@@ -1,4 +1,7 @@
-"""What a report is made of: tracks, their scores and doubts. Pages and tables are made of this and run nothing."""
+"""What a report is made of: tracks, their scores and doubts. Pages and tables are made of this and run nothing.
+
+Doubts that nobody asked a track for before are found here: an arm's recording is tracked again for them.
+"""
 
 from __future__ import annotations
 
