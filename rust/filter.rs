@@ -5,7 +5,7 @@
 //! | [`LayeredFilter`] | particles, and a list of layers applied to all of them; [`Islands`]: shares of them on their own |
 //! | [`Mixture`] | weighted Gaussians that split where a measurement bends over them, and merge again; one of them is the (iterated) extended Kalman filter |
 //! | [`backward`] | trajectories through the particles that a [`Recorder`] kept, given what came after them |
-//! | [`smooth`] | a whole recording's trajectory, by Gauss-Newton from another filter's track |
+//! | [`settle`], [`smooth`] | a whole recording's trajectory, by Gauss-Newton from another filter's track |
 //!
 //! A *layer* is a transition, the likelihoods that weigh its result and how they are blended; it is applied to the whole set at
 //! once, and after each layer the set may be resampled. Bootstrap filter: one layer. Tao & Hu's layered
@@ -16,18 +16,22 @@ mod blend;
 mod islands;
 mod kalman;
 mod layered;
+mod linear_transition;
 mod mixture;
 mod recorder;
 mod smoother;
+mod spread;
 
 pub use backward::{Backward, backward};
 pub use blend::Blend;
 pub use islands::Islands;
 pub use kalman::{Gaussian, Innovation, Linear};
 pub use layered::{LayeredFilter, Resampling};
+pub use linear_transition::LinearTransition;
 pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};
-pub use smoother::{Chain, Settled, Smoothed, cost_of, settle, smooth, successes, surprise};
+pub use smoother::{Chain, Settled, Smoothed, cost_of, settle, smooth, successes};
+pub use spread::Spread;
 
 use crate::particles::{BlockMut, ParticleSet};
 use crate::rng::Stream;

@@ -7,12 +7,12 @@ use super::frame::Frame;
 use super::mixture::ArmMixture;
 use super::posed::{Posed, sightings};
 use super::state::{Arm, Layout, Noise, View};
-use super::worn::{CORE, WornMotion};
+use super::worn::Moved;
 use crate::Result;
 use crate::estimate::Estimate;
-use crate::filter::{Chain, Component, Gaussian, Linear, Settled, Smoothed, settle, smooth, surprise};
+use crate::filter::{Chain, Component, Gaussian, Linear, LinearTransition, Settled, Spread, settle};
 use crate::quaternion::Quaternion;
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DVector, Vector2};
 
 /// How often the recording is linearised again, and when that is enough, in standard deviations.
 const TURNS: usize = 8;
@@ -22,8 +22,9 @@ const SETTLED: f64 = 0.1;
 pub(super) struct Step<'a> {
     /// Recording time, s.
     pub time_s: f64,
-    /// Motion since the frame before.
-    pub worn: WornMotion,
+    /// Motion since the frame before, and the spread of the columns that it mixes.
+    pub moved: Moved,
+    pub spread: Spread,
     /// Orientation when it was seen.
     pub world_sensor: Quaternion,
     /// For how long nothing had said how the sensor is oriented, s.
@@ -52,27 +53,19 @@ pub(super) struct ArmBranch<'a> {
 }
 
 impl ArmBranch<'_> {
-    /// From a trajectory.
+    /// Where a trajectory settles.
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`].
-    pub fn smoothed(&self, start: Vec<DVector<f64>>) -> Result<Smoothed> {
-        smooth(self, start, TURNS, SETTLED)
-    }
-
-    /// The trajectory alone.
-    ///
-    /// # Errors
-    /// As [`Self::smoothed`].
     pub fn settled(&self, start: Vec<DVector<f64>>) -> Result<Settled> {
         settle(self, start, TURNS, SETTLED)
     }
 
     /// What a state says of the arm.
-    pub fn estimate(&self, step: usize, state: &Gaussian) -> Estimate {
+    pub fn estimate(&self, step: usize, state: Gaussian) -> Estimate {
         let frame = self.frame(step);
         let posed = Posed::new(Layout::new(self.noise), self.arm, self.noise, frame.moment());
-        let component = Component { gaussian: state.clone(), log_weight: 0.0 };
+        let component = Component { gaussian: state, log_weight: 0.0 };
         self.filter.of_components(vec![component], &posed, frame.time_s)
     }
 
@@ -97,31 +90,17 @@ impl Chain for ArmBranch<'_> {
         self.steps[step].start.clone()
     }
 
-    fn predict(&self, step: usize, state: &mut Gaussian) -> DMatrix<f64> {
-        let (motion, dim) = (&self.steps[step].worn, state.mean.len());
-        let others = Layout::new(self.noise).others(self.noise);
-        motion.predict(&mut state.mean, &mut state.covariance, &others);
-        let mut transition = DMatrix::identity(dim, dim);
-        transition.fixed_view_mut::<CORE, CORE>(0, 0).copy_from(&motion.transition);
-        for (column, width, process) in others {
-            for d in column..column + width {
-                transition[(d, d)] = process.step(motion.elapsed_s).0;
-            }
-        }
-        transition
+    fn predict(&self, step: usize, state: &mut Gaussian) {
+        self.steps[step].moved.predict(state);
+    }
+
+    fn transition(&self, step: usize) -> LinearTransition {
+        self.steps[step].moved.transition()
     }
 
     fn surprise(&self, step: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
-        let motion = &self.steps[step].worn;
-        let core = to.fixed_rows::<CORE>(0) - (motion.transition * from.fixed_rows::<CORE>(0) + motion.input);
-        let noise = DMatrix::from_column_slice(CORE, CORE, motion.noise.as_slice());
-        let others = Layout::new(self.noise).others(self.noise);
-        let each = others.iter().flat_map(|(column, width, process)| {
-            let (kept, gained) = process.step(motion.elapsed_s);
-            let off = move |d: usize| if gained > 0.0 { (to[d] - kept * from[d]).powi(2) / gained } else { 0.0 };
-            (*column..column + width).map(off)
-        });
-        surprise(&DVector::from_column_slice(core.as_slice()), &noise) + each.sum::<f64>()
+        let Step { moved, spread, .. } = &self.steps[step];
+        moved.surprise(spread, from, to)
     }
 
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {

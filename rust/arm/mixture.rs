@@ -9,7 +9,7 @@ use super::frame::Frame;
 use super::pause::Stretch;
 use super::posed::Posed;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
-use super::worn::WornMotion;
+use super::worn::{Moved, WornMotion};
 use crate::Result;
 use crate::estimate::{Estimate, Point};
 use crate::filter::{Component, Gaussian, Mixture, Reduction};
@@ -74,7 +74,8 @@ impl ArmMixture {
     /// An estimate from components over the same state.
     pub(super) fn of_components(&self, components: Vec<Component>, posed: &Posed<'_>, time_s: f64) -> Estimate {
         let layout = Layout::new(posed.noise);
-        Self { state: Mixture::of(components), layout, ..self.clone() }.summary(posed, time_s, None)
+        let of = Self { layout, cues: Vec::new(), most: self.most, state: Mixture::of(components) };
+        of.summary(posed, time_s, None)
     }
 
     /// How many columns the state has but for the clock's.
@@ -140,9 +141,9 @@ impl ArmMixture {
 
     fn predict(&mut self, worn: Option<&WornMotion>, noise: &Noise) {
         let Some(motion) = worn else { return };
-        let others = self.layout.others(noise);
         self.state.forget((-motion.elapsed_s / MEMORY_S).exp());
-        self.state.for_each(|gaussian| motion.predict(&mut gaussian.mean, &mut gaussian.covariance, &others));
+        let moved = Moved::new(motion.clone(), noise);
+        self.state.for_each(|gaussian| moved.predict(gaussian));
     }
 
     fn summary(&self, posed: &Posed<'_>, time_s: f64, log_evidence: Option<f64>) -> Estimate {

@@ -16,10 +16,10 @@ use super::state::{Arm, Layout, Noise, POSITION, VELOCITY, View};
 use super::timeline::Timeline;
 use super::ways;
 use super::weighed::{Delayed, Way, together, weighed, weights};
-use super::worn::WornMotion;
+use super::worn::{Moved, WornMotion};
 use crate::Result;
 use crate::estimate::Estimate;
-use crate::filter::{Gaussian, Smoothed, successes};
+use crate::filter::{Gaussian, Settled, Smoothed, smooth, successes};
 use crate::observation::Sample;
 use crate::quaternion::Quaternion;
 use crate::smoothing::{Window, Windowed};
@@ -27,8 +27,8 @@ use nalgebra::{DMatrix, DVector, Vector2};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Delays that are tried at first, in standard deviations of what is known beforehand.
-const DELAYS: [f64; 9] = [-2.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0];
+/// Delays that are tried at first, to either side of none, in standard deviations of what is known beforehand.
+const DELAYS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
 /// Between them it is looked so often while one has most of the weight.
 const FINER: usize = 4;
 const MOST: f64 = 0.4;
@@ -67,11 +67,10 @@ pub struct Memory {
     pub setup: Option<Setup>,
 }
 
-/// A recording at some delay, smoothed.
+/// A recording at some delay, and where it has settled.
 struct Retimed<'a> {
     steps: Vec<Step<'a>>,
-    states: Vec<Gaussian>,
-    log_evidence: Vec<f64>,
+    at: Vec<DVector<f64>>,
 }
 
 /// A recording of an arm that a mixture has been through.
@@ -118,8 +117,8 @@ impl<'a> Recorded<'a> {
         let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
         let ways = self.starts(&noise)?.par_iter().map(|start| self.way(start, &noise)).collect();
         // Most delays weigh nothing: what the others say is worked out alone.
-        let parts = weighed(successes(ways)?).into_par_iter();
-        let parts: Vec<_> = parts.map(|(weight, delayed)| (weight, self.said(delayed, &noise))).collect();
+        let said = weighed(successes(ways)?).into_par_iter().map(|way| self.said(way, &noise));
+        let parts = said.collect::<Result<Vec<_>>>()?.concat();
         Ok((0..self.frames.len()).into_par_iter().map(|frame| together(&parts, frame)).collect())
     }
 
@@ -140,9 +139,8 @@ impl<'a> Recorded<'a> {
     /// One way, at all delays.
     fn way(&self, start: &[DVector<f64>], noise: &Noise) -> Result<Way<Retimed<'a>>> {
         let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
-        let delays = if known_sd > 0.0 { DELAYS.map(|delay| delay * known_sd).to_vec() } else { vec![0.0] };
+        let mut found = self.at_delays(start, known_sd, noise)?;
         let alone_s = if known_sd > 0.0 { known_sd } else { 1.0 };
-        let mut found = self.at_delays(start, &delays, noise)?;
         let mut apart = 0.5 * known_sd;
         for _ in 0..FINER {
             let (_, weights) = weights(&found, alone_s);
@@ -151,39 +149,63 @@ impl<'a> Recorded<'a> {
                 break;
             }
             apart *= 0.5;
-            let delay_s = found[best].delay_s;
-            found.extend(self.at_delays(start, &[delay_s - apart, delay_s + apart], noise)?);
+            let finer = [-apart, apart].map(|off| found[best].delay_s + off);
+            let finer = finer.par_iter().map(|delay_s| self.delayed(between(&found, *delay_s), *delay_s, noise));
+            found.extend(successes(finer.collect())?);
             found.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
         }
         let (log_density, weights) = weights(&found, alone_s);
         Ok(Way { log_density, delayed: weights.into_iter().zip(found).collect() })
     }
 
-    /// Those of the delays with which a trajectory is found; an error where there is none.
-    fn at_delays(&self, start: &[DVector<f64>], delays: &[f64], noise: &Noise) -> Result<Vec<Delayed<Retimed<'a>>>> {
-        successes(delays.par_iter().map(|delay_s| self.delayed(start, *delay_s, noise)).collect())
+    /// Those of the delays with which a trajectory is found, in increasing order; an error where there is none. From none on to
+    /// either side, as each tells where to start with the next.
+    fn at_delays(&self, start: &[DVector<f64>], known_sd: f64, noise: &Noise) -> Result<Vec<Delayed<Retimed<'a>>>> {
+        let none = self.delayed(start.to_vec(), 0.0, noise);
+        if known_sd == 0.0 {
+            return Ok(vec![none?]);
+        }
+        let first = none.as_ref().map_or(start, |none| &none.of.at);
+        let on = |side: f64| {
+            let mut tried: Vec<Result<Delayed<Retimed<'a>>>> = Vec::with_capacity(DELAYS.len());
+            for delay in DELAYS {
+                let delay_s = side * delay * known_sd;
+                let last = tried.iter().filter_map(|one| one.as_ref().ok()).next_back();
+                let from = last.map_or(first, |last| &last.of.at).to_vec();
+                tried.push(self.delayed(from, delay_s, noise));
+            }
+            tried
+        };
+        let (mut tried, later) = rayon::join(|| on(-1.0), || on(1.0));
+        tried.reverse();
+        tried.push(none);
+        tried.extend(later);
+        successes(tried)
     }
 
-    fn delayed(&self, start: &[DVector<f64>], delay_s: f64, noise: &Noise) -> Result<Delayed<Retimed<'a>>> {
+    fn delayed(&self, start: Vec<DVector<f64>>, delay_s: f64, noise: &Noise) -> Result<Delayed<Retimed<'a>>> {
         let steps = self.retimed(delay_s, noise)?;
-        let Smoothed { states, log_evidence, .. } = self.branch(noise, &steps).smoothed(start.to_vec())?;
+        let Settled { at, log_evidence, .. } = self.branch(noise, &steps).settled(start)?;
         let in_sd =
             self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
-        let log_density = log_evidence.iter().sum::<f64>() - 0.5 * in_sd * in_sd;
-        Ok(Delayed { delay_s, log_density, of: Retimed { steps, states, log_evidence } })
+        let log_density = log_evidence - 0.5 * in_sd * in_sd;
+        Ok(Delayed { delay_s, log_density, of: Retimed { steps, at } })
     }
 
-    /// What a smoothed trajectory says, frame by frame.
-    fn said(
-        &self,
-        Delayed { delay_s, log_density, of }: Delayed<Retimed<'_>>,
-        noise: &Noise,
-    ) -> Delayed<Vec<Estimate>> {
-        let Retimed { steps, states, log_evidence } = of;
-        let branch = self.branch(noise, &steps);
-        let estimate =
-            |(step, state)| Estimate { log_evidence: Some(log_evidence[step]), ..branch.estimate(step, state) };
-        Delayed { delay_s, log_density, of: states.iter().enumerate().map(estimate).collect() }
+    /// What one way says at its delays, frame by frame. The spread about it is found at the heaviest, and is that of all.
+    fn said(&self, way: Vec<(f64, Delayed<Retimed<'_>>)>, noise: &Noise) -> Result<Vec<(f64, Delayed<Vec<Estimate>>)>> {
+        let Retimed { steps, at } = &way[0].1.of;
+        let Smoothed { states, log_evidence } = smooth(&self.branch(noise, steps), at.clone())?;
+        let said = |(weight, Delayed { delay_s, log_density, of })| {
+            let Retimed { steps, at } = of;
+            let branch = self.branch(noise, &steps);
+            let estimate = |(step, mean): (usize, _)| {
+                let state = Gaussian { mean, covariance: states[step].covariance.clone() };
+                Estimate { log_evidence: Some(log_evidence[step]), ..branch.estimate(step, state) }
+            };
+            (weight, Delayed { delay_s, log_density, of: at.into_iter().enumerate().map(estimate).collect() })
+        };
+        Ok(way.into_par_iter().map(said).collect())
     }
 
     /// The frames, seen so much later by the IMU's clock; without the clock's column, which is the last.
@@ -214,9 +236,11 @@ impl<'a> Recorded<'a> {
             if start.is_some() {
                 timeline.clear_pending();
             }
+            let moved = Moved::new(timeline.worn().cloned().unwrap_or_else(WornMotion::none), noise);
             steps.push(Step {
                 time_s: frame.time_s,
-                worn: timeline.worn().cloned().unwrap_or_else(WornMotion::none),
+                spread: moved.spread(),
+                moved,
                 world_sensor: timeline.world_sensor(noise),
                 stale_s: timeline.stale_s(noise),
                 is_rest: timeline.is_rest(noise),
@@ -254,4 +278,13 @@ impl<'a> Recorded<'a> {
             estimate.doubt = if frame.is_unknown { Some(UNKNOWN) } else { doubt };
         }
     }
+}
+
+/// Where a trajectory is looked for at a delay: on the line through those that were found next to it.
+fn between(found: &[Delayed<Retimed<'_>>], delay_s: f64) -> Vec<DVector<f64>> {
+    let mut near: Vec<&Delayed<Retimed<'_>>> = found.iter().collect();
+    near.sort_by(|a, b| (a.delay_s - delay_s).abs().total_cmp(&(b.delay_s - delay_s).abs()));
+    let [one, other, ..] = near[..] else { return near[0].of.at.clone() };
+    let share = (delay_s - one.delay_s) / (other.delay_s - one.delay_s);
+    one.of.at.iter().zip(&other.of.at).map(|(one, other)| one.lerp(other, share)).collect()
 }

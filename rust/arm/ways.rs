@@ -78,15 +78,16 @@ mod tests {
     use super::super::branch::Step;
     use super::super::cues::CueName;
     use super::super::mixture::ArmMixture;
+    use super::super::process::GaussMarkov;
     use super::super::state::{Arm, Noise, View};
-    use super::super::worn::WornMotion;
+    use super::super::worn::{Moved, WornMotion};
     use super::*;
     use crate::camera::Camera;
     use crate::quaternion::Quaternion;
     use nalgebra::{Matrix3, Vector2};
 
     fn settled(x: f64, cost: f64) -> Settled {
-        Settled { at: vec![DVector::from_element(6, x); 3], cost, is_settled: true }
+        Settled { at: vec![DVector::from_element(6, x); 3], cost, log_evidence: 0.0, is_settled: true }
     }
 
     #[test]
@@ -108,12 +109,15 @@ mod tests {
             wrist_start: Vector3::new(0.1, -0.2, 0.1),
         };
         let noise = Noise::default();
+        let zero = Some(GaussMarkov { start_sd: 0.0, density: 0.0 });
         let filter = ArmMixture::new(&arm, &noise, &[CueName::ArmLength], 12);
         let pixels = [vec![Some(Vector2::new(345.0, 205.0))], vec![Some(Vector2::new(350.0, 200.0))], vec![None]];
         let q = Quaternion::from_wxyz([0.5, 0.1, -0.7, 0.5]).normalized();
+        let still = Moved::new(WornMotion::none(), &Noise { bias: zero, tilt: zero, ..noise.clone() });
         let step = |k: usize| Step {
             time_s: 0.04 * k as f64,
-            worn: WornMotion::none(),
+            spread: still.spread(),
+            moved: still.clone(),
             world_sensor: q,
             stale_s: 0.0,
             is_rest: false,

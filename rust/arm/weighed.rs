@@ -8,6 +8,7 @@ const LEAST: f64 = 1e-4;
 /// What a worn sensor's errors make of so many frames is alike: ways are told apart by evidence divided by it.
 const ALIKE: f64 = 4.0;
 
+#[derive(Clone)]
 /// A delay of the camera, and what became of the recording with it.
 pub(super) struct Delayed<T> {
     /// By how much the camera sees later, s.
@@ -26,20 +27,20 @@ pub(super) struct Way<T> {
     pub delayed: Vec<(f64, Delayed<T>)>,
 }
 
-/// All delays of all ways with the weight of each, which sum to one.
-pub(super) fn weighed<T>(ways: Vec<Way<T>>) -> Vec<(f64, Delayed<T>)> {
+/// The delays of every way that weigh something with the weight of each, the heaviest first; all weights sum to one.
+pub(super) fn weighed<T>(ways: Vec<Way<T>>) -> Vec<Vec<(f64, Delayed<T>)>> {
     let most = ways.iter().map(|way| way.log_density).fold(f64::NEG_INFINITY, f64::max);
     let shares: Vec<f64> = ways.iter().map(|way| ((way.log_density - most) / ALIKE).exp()).collect();
     let sum: f64 = shares.iter().sum();
-    let mut parts = Vec::new();
-    for (way, share) in ways.into_iter().zip(shares) {
-        parts.extend(way.delayed.into_iter().map(|(weight, delayed)| (share / sum * weight, delayed)));
-    }
-    parts.retain(|(weight, _)| *weight > LEAST);
-    let sum: f64 = parts.iter().map(|(weight, _)| weight).sum();
-    for (weight, _) in &mut parts {
-        *weight /= sum;
-    }
+    let heavy = |(way, share): (Way<T>, f64)| {
+        let each = way.delayed.into_iter().map(|(weight, delayed)| (share / sum * weight, delayed));
+        let mut heavy: Vec<_> = each.filter(|(weight, _)| *weight > LEAST).collect();
+        heavy.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        heavy
+    };
+    let mut parts: Vec<Vec<_>> = ways.into_iter().zip(shares).map(heavy).filter(|way| !way.is_empty()).collect();
+    let sum: f64 = parts.iter().flatten().map(|(weight, _)| weight).sum();
+    parts.iter_mut().flatten().for_each(|(weight, _)| *weight /= sum);
     parts
 }
 
@@ -105,7 +106,8 @@ mod tests {
     #[test]
     fn ways_share_by_tempered_evidence() {
         let way = |log_density| Way { log_density, delayed: vec![(1.0, delayed(0.0, log_density))] };
-        let shares: Vec<f64> = weighed(vec![way(-100.0), way(-104.0), way(-200.0)]).iter().map(|part| part.0).collect();
+        let found = weighed(vec![way(-100.0), way(-104.0), way(-200.0)]);
+        let shares: Vec<f64> = found.iter().flatten().map(|part| part.0).collect();
         assert_eq!(shares.len(), 2);
         assert!((shares[0] / shares[1] - 1f64.exp()).abs() < 1e-12);
         assert!((shares[0] + shares[1] - 1.0).abs() < 1e-12);

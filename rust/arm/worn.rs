@@ -7,7 +7,8 @@
 //! matrix, one input and one noise covariance.
 
 use super::process::GaussMarkov;
-use super::state::Noise;
+use super::state::{Layout, Noise};
+use crate::filter::{Gaussian, LinearTransition, Spread};
 use nalgebra::{DMatrix, DVector, Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
 
@@ -89,41 +90,69 @@ impl WornMotion {
         }
         self.elapsed_s += dt;
     }
+}
 
-    /// Move a Gaussian whose first columns are the core; the others, drawn back by `others` (first column, how many,
-    /// process), do not mix.
-    pub fn predict(
-        &self,
-        mean: &mut DVector<f64>,
-        covariance: &mut DMatrix<f64>,
-        others: &[(usize, usize, GaussMarkov)],
-    ) {
-        let dim = mean.len();
-        let core = self.transition * mean.fixed_rows::<CORE>(0) + self.input;
+/// A motion of all columns of a state: those of a worn sensor mix, each of the others is drawn back by itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moved {
+    worn: WornMotion,
+    /// What is kept of the others `(D - CORE,)`, and the variance that they gain.
+    kept: DVector<f64>,
+    gained: DVector<f64>,
+}
+
+impl Moved {
+    /// Of the columns that `noise` asks for.
+    pub fn new(worn: WornMotion, noise: &Noise) -> Self {
+        let layout = Layout::new(noise);
+        let width = layout.dim - CORE;
+        let (mut kept, mut gained) = (DVector::from_element(width, 1.0), DVector::zeros(width));
+        for (column, width, process) in layout.others(noise) {
+            let (keep, gain) = process.step(worn.elapsed_s);
+            kept.rows_mut(column - CORE, width).fill(keep);
+            gained.rows_mut(column - CORE, width).fill(gain);
+        }
+        Self { worn, kept, gained }
+    }
+
+    /// Move a Gaussian.
+    pub fn predict(&self, Gaussian { mean, covariance }: &mut Gaussian) {
+        let WornMotion { transition, input, noise, .. } = &self.worn;
+        let core = transition * mean.fixed_rows::<CORE>(0) + input;
         mean.fixed_rows_mut::<CORE>(0).copy_from(&core);
-        let (mut kept, mut gains) = (DVector::from_element(dim, 1.0), DVector::zeros(dim));
-        for (column, width, process) in others {
-            let (keep, gained) = process.step(self.elapsed_s);
-            for d in *column..column + width {
-                (kept[d], gains[d]) = (keep, gained);
-                mean[d] *= keep;
-            }
-        }
-        let square =
-            self.transition * covariance.fixed_view::<CORE, CORE>(0, 0) * self.transition.transpose() + self.noise;
-        let cross = self.transition * covariance.view((0, CORE), (CORE, dim - CORE));
+        mean.rows_mut(CORE, self.kept.len()).component_mul_assign(&self.kept);
+        let square = transition * covariance.fixed_view::<CORE, CORE>(0, 0) * transition.transpose() + noise;
         covariance.fixed_view_mut::<CORE, CORE>(0, 0).copy_from(&square);
-        for column in CORE..dim {
-            for row in 0..CORE {
-                let value = cross[(row, column - CORE)] * kept[column];
-                covariance[(row, column)] = value;
-                covariance[(column, row)] = value;
+        for (c, (kept, gained)) in self.kept.iter().zip(&self.gained).enumerate() {
+            let column = CORE + c;
+            let cross = transition * covariance.fixed_view::<CORE, 1>(0, column) * *kept;
+            covariance.fixed_view_mut::<CORE, 1>(0, column).copy_from(&cross);
+            covariance.fixed_view_mut::<1, CORE>(column, 0).copy_from(&cross.transpose());
+            for (r, other) in self.kept.iter().enumerate() {
+                covariance[(CORE + r, column)] *= other * kept;
             }
-            for row in CORE..dim {
-                covariance[(row, column)] *= kept[row] * kept[column];
-            }
-            covariance[(column, column)] += gains[column];
+            covariance[(column, column)] += gained;
         }
+    }
+
+    /// How it leads from one state to the next.
+    pub fn transition(&self) -> LinearTransition {
+        let mixed = DMatrix::from_column_slice(CORE, CORE, self.worn.transition.as_slice());
+        LinearTransition { mixed, kept: self.kept.clone() }
+    }
+
+    /// The spread of the columns that mix.
+    pub fn spread(&self) -> Spread {
+        Spread::new(&DMatrix::from_column_slice(CORE, CORE, self.worn.noise.as_slice()))
+    }
+
+    /// How surprising it is to come from one state to another: squared, in standard deviations; `spread` is [`Self::spread`].
+    pub fn surprise(&self, spread: &Spread, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
+        let moved = self.worn.transition * from.fixed_rows::<CORE>(0) + self.worn.input;
+        let core = to.fixed_rows::<CORE>(0) - moved;
+        let others = self.kept.iter().zip(&self.gained).enumerate().filter(|(_, (_, gained))| **gained > 0.0);
+        let off = others.map(|(d, (kept, gained))| (to[CORE + d] - kept * from[CORE + d]).powi(2) / gained);
+        spread.surprise(&DVector::from_column_slice(core.as_slice())) + off.sum::<f64>()
     }
 }
 
@@ -163,7 +192,12 @@ mod tests {
         assert!((moved[P + 1] + 0.05).abs() < 0.002);
     }
 
-    /// Moved as one matrix over the whole state, it is the same.
+    /// The core and a shoulder's displacement.
+    fn moved(motion: WornMotion, shoulder: GaussMarkov) -> Moved {
+        Moved::new(motion, &Noise { shoulder: Some(shoulder), ..noise() })
+    }
+
+    /// Moved as one matrix over the whole state, it is the same; forward, back, and by its density.
     #[test]
     fn blocks_are_the_whole_matrix() {
         let mut motion = WornMotion::none();
@@ -171,7 +205,7 @@ mod tests {
         motion.append(&Step { dt: 0.013, density: 0.3, ..STEP }, &noise());
         let dim = 15;
         let root = DMatrix::from_fn(dim, dim, |r, c| ((r * 7 + c * 3) % 11) as f64 / 11.0 - 0.4);
-        let (mut mean, mut covariance) = (DVector::from_fn(dim, |r, _| r as f64 * 0.1), &root * root.transpose());
+        let (mean, covariance) = (DVector::from_fn(dim, |r, _| r as f64 * 0.1), &root * root.transpose());
         let other = GaussMarkov { start_sd: 0.05, density: 0.06 };
         let (kept, gained) = other.step(motion.elapsed_s);
         let (mut whole, mut added) = (DMatrix::identity(dim, dim), DMatrix::zeros(dim, dim));
@@ -180,14 +214,21 @@ mod tests {
         for d in CORE..dim {
             (whole[(d, d)], added[(d, d)]) = (kept, gained);
         }
-        let expected = &whole * &covariance * whole.transpose() + added;
+        let expected = &whole * &covariance * whole.transpose() + &added;
         let mut expected_mean = &whole * &mean;
         for d in 0..CORE {
             expected_mean[d] += motion.input[d];
         }
-        motion.predict(&mut mean, &mut covariance, &[(CORE, 3, other)]);
-        assert!((covariance - expected).amax() < 1e-12);
-        assert!((mean - expected_mean).amax() < 1e-12);
+        let moved = moved(motion, other);
+        let (from, to) = (mean.clone(), DVector::from_fn(dim, |r, _| expected_mean[r] + 1e-3 * (r as f64).sin()));
+        let mut state = Gaussian { mean, covariance };
+        moved.predict(&mut state);
+        assert!((state.covariance - expected).amax() < 1e-12);
+        assert!((state.mean - &expected_mean).amax() < 1e-12);
+        let found = moved.surprise(&moved.spread(), &from, &to);
+        assert!((found / Spread::new(&added).surprise(&(to - expected_mean)) - 1.0).abs() < 1e-6);
+        let LinearTransition { mixed, kept: each } = moved.transition();
+        assert!(mixed == whole.view((0, 0), (CORE, CORE)) && each == DVector::from_element(3, kept));
     }
 
     /// After a gap in which all of it is forgotten, what is drawn back has the spread of its start, and is a number.
@@ -196,11 +237,11 @@ mod tests {
         let mut motion = WornMotion::none();
         motion.elapsed_s = 1000.0;
         let dim = 15;
-        let (mut mean, mut covariance) = (DVector::from_element(dim, 0.02), DMatrix::identity(dim, dim));
-        motion.predict(&mut mean, &mut covariance, &[(CORE, 3, GaussMarkov { start_sd: 0.017, density: 0.025 })]);
-        assert!(covariance.iter().all(|value| value.is_finite()));
+        let mut state = Gaussian { mean: DVector::from_element(dim, 0.02), covariance: DMatrix::identity(dim, dim) };
+        moved(motion, GaussMarkov { start_sd: 0.017, density: 0.025 }).predict(&mut state);
+        assert!(state.covariance.iter().all(|value| value.is_finite()));
         for d in CORE..dim {
-            assert!(mean[d].abs() < 1e-12 && (covariance[(d, d)] - 0.017 * 0.017).abs() < 1e-12);
+            assert!(state.mean[d].abs() < 1e-12 && (state.covariance[(d, d)] - 0.017 * 0.017).abs() < 1e-12);
         }
     }
 }

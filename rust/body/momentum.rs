@@ -7,7 +7,7 @@ use super::figure::Figure;
 use super::joints::Group;
 use crate::Result;
 use crate::error::require;
-use crate::filter::Gaussian;
+use crate::filter::{Gaussian, LinearTransition};
 use crate::skeleton::Channel;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use serde::{Deserialize, Serialize};
@@ -116,20 +116,27 @@ impl Moving {
         Matrix2::new(place, mixed, mixed, speed)
     }
 
-    /// Move a Gaussian by `dt` s; returns the transition.
-    pub fn predict(&self, dt: f64, state: &mut Gaussian) -> DMatrix<f64> {
-        let (count, (gained, kept), noise) = (self.columns.len(), self.kept(dt), self.noise(dt));
+    /// How a state leads to that `dt` s later.
+    pub fn transition(&self, dt: f64) -> LinearTransition {
+        let (count, (gained, kept)) = (self.columns.len(), self.kept(dt));
         let mut transition = DMatrix::identity(self.dim(), self.dim());
+        for d in 0..count {
+            (transition[(d, count + d)], transition[(count + d, count + d)]) = (gained, kept);
+        }
+        LinearTransition::of(transition)
+    }
+
+    /// Move a Gaussian by `dt` s.
+    pub fn predict(&self, dt: f64, state: &mut Gaussian) {
+        let (count, noise) = (self.columns.len(), self.noise(dt));
         let mut added = DMatrix::zeros(self.dim(), self.dim());
         for (d, column) in self.columns.iter().enumerate() {
-            (transition[(d, count + d)], transition[(count + d, count + d)]) = (gained, kept);
             let density = column.density.powi(2);
             added[(d, d)] = density * noise[(0, 0)] + LEAST * LEAST;
             (added[(d, count + d)], added[(count + d, d)]) = (density * noise[(0, 1)], density * noise[(0, 1)]);
             added[(count + d, count + d)] = density * noise[(1, 1)] + LEAST * LEAST;
         }
-        state.predict(&transition, &DVector::zeros(self.dim()), &added);
-        transition
+        state.predict(&self.transition(dt).mixed, &DVector::zeros(self.dim()), &added);
     }
 
     /// Minus twice the log-density of coming from one state to another within `dt` s, but for a constant.
@@ -173,7 +180,7 @@ mod tests {
             let mut state = Gaussian { mean: from.clone(), covariance: DMatrix::zeros(2, 2) };
             moving().predict(dt, &mut state);
             let to = &state.mean + DVector::from_vec(vec![x, v]);
-            let expected = crate::filter::surprise(&(&to - &state.mean), &state.covariance);
+            let expected = crate::filter::Spread::new(&state.covariance).surprise(&(&to - &state.mean));
             let found = moving().surprise(dt, &from, &to);
             prop_assert!((found - expected).abs() < 1e-4 * (1.0 + expected), "{found} is not {expected}");
         }

@@ -196,7 +196,8 @@ impl Trajectory<'_> {
 
     /// From the states at a few of its frames; so many of those are alike.
     fn branch(&self, few: &[Kept], at: &[DVector<f64>], alike: f64) -> Result<Branch> {
-        let states = smooth(self, between(few, at, self.frames), TURNS, SETTLED)?.states;
+        let found = settle(self, between(few, at, self.frames), TURNS, SETTLED)?.at;
+        let states = smooth(self, found)?.states;
         let means: Vec<_> = states.iter().map(|state| state.mean.clone()).collect();
         let cost = self.implausibility(&means, alike * self.frames.len() as f64 / few.len() as f64)?;
         Ok(Branch { states, cost, weight: 1.0 })

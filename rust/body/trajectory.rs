@@ -10,7 +10,7 @@ use super::momentum::Moving;
 use super::skin::Blobs;
 use super::sloped::{Rows, Sloped};
 use crate::Result;
-use crate::filter::{Blend, Chain, Gaussian, Linear, cost_of};
+use crate::filter::{Blend, Chain, Gaussian, Linear, LinearTransition, cost_of};
 use crate::projection::Projection;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -84,8 +84,12 @@ impl Chain for Trajectory<'_> {
         (step == 0).then(|| self.start.clone())
     }
 
-    fn predict(&self, step: usize, state: &mut Gaussian) -> DMatrix<f64> {
-        self.body.moving.predict(self.elapsed_s(step), state)
+    fn predict(&self, step: usize, state: &mut Gaussian) {
+        self.body.moving.predict(self.elapsed_s(step), state);
+    }
+
+    fn transition(&self, step: usize) -> LinearTransition {
+        self.body.moving.transition(self.elapsed_s(step))
     }
 
     fn surprise(&self, step: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64 {

@@ -6,14 +6,14 @@
 //! not walk: its border is carried along. Covariances are those of each state given the whole recording.
 
 use super::kalman::symmetrise;
+use super::linear_transition::LinearTransition;
+use super::spread::Spread;
 use super::{Gaussian, Innovation, Linear};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 
 /// A step is halved so often before it is given up.
 const HALVINGS: i32 = 8;
-/// Noise of less than full rank is made whole by this share of each variance.
-const LEAST: f64 = 1e-9;
 
 /// A recording as the smoother sees it: states at its steps, how one leads to the next, and what is measured of each.
 pub trait Chain {
@@ -31,8 +31,11 @@ pub trait Chain {
     /// What is known of a step beforehand, where the chain starts there: at the first, and wherever it starts anew.
     fn start(&self, step: usize) -> Option<Gaussian>;
 
-    /// Move a Gaussian from the step before to this one; returns the transition `(D, D)`.
-    fn predict(&self, step: usize, state: &mut Gaussian) -> DMatrix<f64>;
+    /// Move a Gaussian from the step before to this one.
+    fn predict(&self, step: usize, state: &mut Gaussian);
+
+    /// How the step before leads to this one.
+    fn transition(&self, step: usize) -> LinearTransition;
 
     /// How surprising it is to come from one state to another at this step: minus twice the log-density, but for a constant.
     fn surprise(&self, step: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64;
@@ -61,40 +64,8 @@ pub fn successes<T>(tries: Vec<Result<T>>) -> Result<Vec<T>> {
 pub struct Smoothed {
     /// One a step.
     pub states: Vec<Gaussian>,
-    /// Minus twice the log posterior of the trajectory, but for a constant.
-    pub cost: f64,
-    /// Log evidence of what was measured at every step given the steps before, by the last linearisation.
+    /// Log evidence of what was measured at every step given the steps before, linearised about them.
     pub log_evidence: Vec<f64>,
-    /// Whether the trajectory had settled before the last turn.
-    pub is_settled: bool,
-}
-
-/// One pass forward, kept for the way back.
-struct Forward {
-    filtered: Vec<Gaussian>,
-    /// None where the chain starts.
-    transitions: Vec<Option<DMatrix<f64>>>,
-    corrections: Vec<Vec<Innovation>>,
-}
-
-/// Smooth `chain`, starting from a trajectory: at most `turns` steps, each shortened until it explains more than the last, until
-/// no state moves by more than `settled` of its own standard deviations.
-///
-/// # Errors
-/// [`Error::Size`] for a trajectory of another length, [`Error::Singular`], [`Error::RanAway`], what the chain gives.
-pub fn smooth(chain: &impl Chain, at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Smoothed> {
-    let Turned { settled: Settled { at, cost, is_settled }, forward } = turned(chain, at, turns, settled)?;
-    let mut forward = match forward {
-        Some(forward) => forward,
-        None => filter(chain, &at, measured(chain, &at)?)?,
-    };
-    covariances(&mut forward);
-    let Forward { filtered: mut states, corrections, .. } = forward;
-    let of_step = |step: &Vec<Innovation>| step.iter().map(|correction| correction.log_evidence).sum();
-    let log_evidence = corrections.iter().map(of_step).collect();
-    // The trajectory that was found, with the spread about it.
-    states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
-    Ok(Smoothed { states, cost, log_evidence, is_settled })
 }
 
 /// A trajectory without its spread.
@@ -102,49 +73,72 @@ pub fn smooth(chain: &impl Chain, at: Vec<DVector<f64>>, turns: usize, settled: 
 pub struct Settled {
     /// One state a step.
     pub at: Vec<DVector<f64>>,
-    /// As [`Smoothed::cost`].
+    /// Minus twice the log posterior of the trajectory, but for a constant.
     pub cost: f64,
-    /// As [`Smoothed::is_settled`].
+    /// Log evidence of what was measured, by the last linearisation; zero where there was none.
+    pub log_evidence: f64,
+    /// Whether the trajectory had settled before the last turn.
     pub is_settled: bool,
 }
 
-/// A trajectory, with the pass forward about it where it has settled; or about one that is as good as the same.
-struct Turned {
-    settled: Settled,
-    forward: Option<Forward>,
+/// One pass forward, kept for the way back.
+struct Forward {
+    filtered: Vec<Gaussian>,
+    /// Whether the chain starts there.
+    starts: Vec<bool>,
+    corrections: Vec<Vec<Innovation>>,
 }
 
-/// The trajectory of [`smooth`] alone, which is quicker.
+/// The likeliest trajectory of `chain`, starting from one: at most `turns` steps, each shortened until it explains more than the
+/// last, until no state moves by more than `settled` of its own standard deviations.
 ///
 /// # Errors
-/// As [`smooth`].
-pub fn settle(chain: &impl Chain, at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Settled> {
-    Ok(turned(chain, at, turns, settled)?.settled)
-}
-
-fn turned(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Turned> {
+/// [`Error::Size`] for a trajectory of another length, [`Error::Singular`], [`Error::RanAway`], what the chain gives.
+pub fn settle(chain: &impl Chain, mut at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Result<Settled> {
     let expected = chain.len();
     if at.len() != expected || expected == 0 {
         return Err(Error::Size { name: "trajectory", got: at.len(), unit: "states", expected: expected.max(1) });
     }
     let mut measured = measured(chain, &at)?;
     let mut cost = cost(chain, &at, &measured)?;
+    let mut log_evidence = 0.0;
     for _ in 0..turns {
         let forward = filter(chain, &at, measured)?;
+        log_evidence = forward.log_evidence().iter().sum();
         let to = means(chain, &forward)?;
         let Some(lower) = shorten(chain, &at, &to, cost) else {
             // No step explains more: this is where it ends.
-            return Ok(Turned { settled: Settled { at, cost, is_settled: true }, forward: Some(forward) });
+            return Ok(Settled { at, cost, log_evidence, is_settled: true });
         };
         let moved =
             forward.filtered.iter().zip(at.iter().zip(&lower.at)).map(|(state, (from, to))| in_sd(state, from, to));
         let is_settled = moved.fold(0.0, f64::max) <= settled;
         (at, cost, measured) = (lower.at, lower.cost, lower.measured);
         if is_settled {
-            return Ok(Turned { settled: Settled { at, cost, is_settled }, forward: Some(forward) });
+            return Ok(Settled { at, cost, log_evidence, is_settled });
         }
     }
-    Ok(Turned { settled: Settled { at, cost, is_settled: false }, forward: None })
+    Ok(Settled { at, cost, log_evidence, is_settled: false })
+}
+
+/// A trajectory that has settled with the spread about it, given the whole recording.
+///
+/// # Errors
+/// As [`settle`].
+pub fn smooth(chain: &impl Chain, at: Vec<DVector<f64>>) -> Result<Smoothed> {
+    let mut forward = filter(chain, &at, measured(chain, &at)?)?;
+    covariances(chain, &mut forward);
+    let log_evidence = forward.log_evidence();
+    let mut states = forward.filtered;
+    states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
+    Ok(Smoothed { states, log_evidence })
+}
+
+impl Forward {
+    fn log_evidence(&self) -> Vec<f64> {
+        let of_step = |step: &Vec<Innovation>| step.iter().map(|correction| correction.log_evidence).sum();
+        self.corrections.iter().map(of_step).collect()
+    }
 }
 
 /// A trajectory that explains more than the last, and what is measured about it.
@@ -183,7 +177,7 @@ fn cost(chain: &impl Chain, at: &[DVector<f64>], measured: &[Vec<Linear>]) -> Re
     for (step, (state, measured)) in at.iter().zip(measured).enumerate() {
         cost += match (chain.start(step), step.checked_sub(1)) {
             (None, Some(before)) => chain.surprise(step, &at[before], state),
-            (Some(start), _) => surprise(&(state - &start.mean), &start.covariance),
+            (Some(start), _) => Spread::new(&start.covariance).surprise(&(state - &start.mean)),
             (None, None) => 0.0,
         };
         for (residual, _, noise) in measured {
@@ -193,17 +187,6 @@ fn cost(chain: &impl Chain, at: &[DVector<f64>], measured: &[Vec<Linear>]) -> Re
         }
     }
     Ok(cost)
-}
-
-/// Squared length of a deviation in standard deviations; what has no spread at all does not count.
-pub fn surprise(off: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
-    let known: Vec<usize> = (0..off.len()).filter(|d| covariance[(*d, *d)] > 0.0).collect();
-    let scale = DVector::from_iterator(known.len(), known.iter().map(|d| covariance[(*d, *d)].sqrt()));
-    let scaled = DMatrix::from_fn(known.len(), known.len(), |r, c| {
-        covariance[(known[r], known[c])] / (scale[r] * scale[c]) + if r == c { LEAST } else { 0.0 }
-    });
-    let off = DVector::from_fn(known.len(), |r, _| off[known[r]] / scale[r]);
-    scaled.cholesky().map_or(f64::INFINITY, |factor| off.dot(&factor.solve(&off)))
 }
 
 /// How far a state has moved, in its standard deviations.
@@ -217,16 +200,18 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>], measured: Vec<Vec<Linear>>) -
     let count = chain.len();
     let mut forward = Forward {
         filtered: Vec::with_capacity(count),
-        transitions: Vec::with_capacity(count),
+        starts: Vec::with_capacity(count),
         corrections: Vec::with_capacity(count),
     };
     for (step, (at, measured)) in at.iter().zip(measured).enumerate() {
-        let (mut state, transition) = match (chain.start(step), forward.filtered.last()) {
-            (Some(start), _) => (start, None),
+        let start = chain.start(step);
+        forward.starts.push(start.is_some());
+        let mut state = match (start, forward.filtered.last()) {
+            (Some(start), _) => start,
             (None, Some(before)) => {
                 let mut state = before.clone();
-                let transition = chain.predict(step, &mut state);
-                (state, Some(transition))
+                chain.predict(step, &mut state);
+                state
             }
             (None, None) => {
                 return Err(Error::Size { name: "start of a chain", got: 0, unit: "Gaussians", expected: 1 });
@@ -241,7 +226,6 @@ fn filter(chain: &impl Chain, at: &[DVector<f64>], measured: Vec<Vec<Linear>>) -
             correction.narrow(&mut state.covariance);
             corrections.push(correction);
         }
-        forward.transitions.push(transition);
         forward.corrections.push(corrections);
         forward.filtered.push(state);
     }
@@ -258,9 +242,10 @@ fn means(chain: &impl Chain, forward: &Forward) -> Result<Vec<DVector<f64>>> {
         for Innovation { residual, slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
             adjoint += slope.tr_mul(&(weight * (residual - by_state.tr_mul(&adjoint))));
         }
-        match &forward.transitions[step] {
-            Some(transition) => adjoint = transition.tr_mul(&adjoint),
-            None => adjoint.fill(0.0),
+        if forward.starts[step] {
+            adjoint.fill(0.0);
+        } else {
+            chain.transition(step).back(&mut adjoint);
         }
     }
     match means.iter().position(|mean| mean.iter().any(|x| !x.is_finite())) {
@@ -270,7 +255,7 @@ fn means(chain: &impl Chain, forward: &Forward) -> Result<Vec<DVector<f64>>> {
 }
 
 /// Covariances given the whole recording, in place of the filter's: the same way back.
-fn covariances(forward: &mut Forward) {
+fn covariances(chain: &impl Chain, forward: &mut Forward) {
     let dim = forward.filtered[0].mean.len();
     let mut adjoint = DMatrix::zeros(dim, dim);
     for step in (0..forward.filtered.len()).rev() {
@@ -287,9 +272,10 @@ fn covariances(forward: &mut Forward) {
             adjoint -= &across;
             adjoint -= across.transpose();
         }
-        match &forward.transitions[step] {
-            Some(transition) => adjoint = transition.tr_mul(&(&adjoint * transition)),
-            None => adjoint.fill(0.0),
+        if forward.starts[step] {
+            adjoint.fill(0.0);
+        } else {
+            chain.transition(step).back_both(&mut adjoint);
         }
         symmetrise(&mut adjoint);
     }
@@ -331,13 +317,16 @@ mod tests {
             (step == 0 || Some(step) == self.anew).then(|| self.start.clone())
         }
 
-        fn predict(&self, _: usize, state: &mut Gaussian) -> DMatrix<f64> {
+        fn predict(&self, _: usize, state: &mut Gaussian) {
             state.predict(&transition(), &DVector::zeros(2), &process());
-            transition()
+        }
+
+        fn transition(&self, _: usize) -> LinearTransition {
+            LinearTransition::of(transition())
         }
 
         fn surprise(&self, _: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
-            surprise(&(to - transition() * from), &process())
+            Spread::new(&process()).surprise(&(to - transition() * from))
         }
 
         fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
@@ -347,6 +336,15 @@ mod tests {
             let slope = DMatrix::from_row_slice(1, 2, &[slope, 0.0]);
             Ok(vec![(DVector::from_element(1, measured - seen), slope, one(NOISE))])
         }
+    }
+
+    /// Until it has settled, then its spread.
+    fn smoothed_walk(chain: &Walk, at: Vec<DVector<f64>>, turns: usize, settled: f64) -> Smoothed {
+        let found = settle(chain, at, turns, settled).unwrap();
+        assert!(found.is_settled);
+        let smoothed = smooth(chain, found.at).unwrap();
+        assert!((found.log_evidence - smoothed.log_evidence.iter().sum::<f64>()).abs() < 1e-6);
+        smoothed
     }
 
     fn walk(is_distance: bool, anew: Option<usize>) -> Walk {
@@ -384,8 +382,8 @@ mod tests {
             let seen = (residual, slope, DMatrix::from_element(1, 1, NOISE));
             evidence += whole.correct(0.0, 1, |_, _| Ok(Some(seen.clone()))).unwrap().unwrap();
         }
-        let found = smooth(&chain, vec![DVector::zeros(2); n], 5, 1e-9).unwrap();
-        assert!(found.is_settled && (found.log_evidence.iter().sum::<f64>() - evidence).abs() < 1e-10);
+        let found = smoothed_walk(&chain, vec![DVector::zeros(2); n], 5, 1e-9);
+        assert!((found.log_evidence.iter().sum::<f64>() - evidence).abs() < 1e-10);
         for (k, state) in found.states.iter().enumerate() {
             assert!((&state.mean - whole.mean.rows(2 * k, 2)).amax() < 1e-11, "step {k}");
             assert!((&state.covariance - whole.covariance.view((2 * k, 2 * k), (2, 2))).amax() < 1e-12, "step {k}");
@@ -397,9 +395,8 @@ mod tests {
     fn a_bent_measurement_settles_where_it_started() {
         let mut chain = walk(true, None);
         chain.start.mean.fill(0.0);
-        let side = |sign: f64| smooth(&chain, vec![DVector::from_element(2, sign); chain.len()], 30, 1e-9).unwrap();
+        let side = |sign: f64| smoothed_walk(&chain, vec![DVector::from_element(2, sign); chain.len()], 30, 1e-9);
         let (left, right) = (side(-1.0), side(1.0));
-        assert!(left.is_settled && right.is_settled);
         assert!(left.states.iter().all(|s| s.mean[0] < -0.5) && right.states.iter().all(|s| s.mean[0] > 0.5));
         assert!(left.log_evidence.iter().zip(&right.log_evidence).all(|(l, r)| (l - r).abs() < 1e-9));
     }
@@ -408,10 +405,10 @@ mod tests {
     #[test]
     fn a_fresh_start_cuts_the_chain() {
         let (whole, cut) = (walk(false, None), walk(false, Some(5)));
-        let smoothed = |chain: &Walk| smooth(chain, vec![DVector::zeros(2); chain.len()], 3, 1e-9).unwrap().states;
+        let smoothed = |chain: &Walk| smoothed_walk(chain, vec![DVector::zeros(2); chain.len()], 3, 1e-9).states;
         let short = Walk { measured: whole.measured[..5].to_vec(), ..walk(false, None) };
         assert_eq!(smoothed(&cut)[..5], smoothed(&short)[..]);
         assert!((&smoothed(&whole)[4].mean - &smoothed(&cut)[4].mean).amax() > 1e-3);
-        assert!(smooth(&whole, Vec::new(), 3, 0.1).is_err());
+        assert!(settle(&whole, Vec::new(), 3, 0.1).is_err());
     }
 }
