@@ -194,7 +194,7 @@ def one_camera(shared: Callable[[str], Path]) -> np.ndarray:
             error = track.joints["wrist"].mean - truth
             along = np.einsum("ti,ti->t", error, ray)
             across = np.linalg.norm(error - along[:, None] * ray, axis=1)
-            covariance = track.state_covariance[:, :3, :3]
+            covariance = track.wrist_covariance
             side = np.array(camera.rotation)[0]
             along_sd = np.sqrt(np.einsum("ti,tij,tj->t", ray, covariance, ray))
             side_sd = np.sqrt(np.einsum("i,tij,j->t", side, covariance, side))

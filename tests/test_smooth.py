@@ -76,7 +76,7 @@ def test_the_clock_is_found_with_its_spread(late_s: float) -> None:
     imu = recording.imus[0]
     late = dataclasses.replace(recording, imus=(dataclasses.replace(imu, time_s=imu.time_s + late_s),))
     track = pt.track(late, pt.Smooth(), sightings=sightings)
-    found, sd = track.state_mean[-1, -1], np.sqrt(track.state_covariance[-1, -1, -1])
+    found, sd = track.state_mean[-1, -1], track.state_sd[-1, -1]
     assert abs(found - late_s) < 0.012
     assert sd < 0.012
     scores = pt.evaluate(track, recording.truth).joints["wrist"]

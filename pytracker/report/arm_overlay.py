@@ -40,7 +40,7 @@ def draw_arm(frame: Image, track: ArmTrack, row: int) -> Image:
     camera = track.recording.views[0].camera
     wrist, elbow = track.joints["wrist"].mean[row], track.joints["elbow"].mean[row]
     if np.isfinite(wrist).all():
-        _ellipse(image, camera, wrist, track.state_covariance[row][:3, :3], scale)
+        _ellipse(image, camera, wrist, track.wrist_covariance[row], scale)
         shoulder = np.asarray(track.recording.arm.shoulder_m)
         points = camera.project(np.stack([shoulder, elbow, wrist])) * scale
         if np.isfinite(points).all() and np.abs(points).max() < 10_000:

@@ -32,14 +32,16 @@ class ArmTrack(Track):
         method: the method with its parameters.
         recording: what was tracked.
         state_mean: whole state `(T, D)`: position, velocity, then bias and patch offset where estimated.
-        state_covariance: its covariance `(T, D, D)`.
+        state_sd: its standard deviations `(T, D)`.
+        wrist_covariance: covariance of the position `(T, 3, 3)`, m².
         sightings: the evidence used.
     """
 
     method: ArmMethod
     recording: ArmRecording
     state_mean: Array
-    state_covariance: Array
+    state_sd: Array
+    wrist_covariance: Array
     sightings: Sightings
 
     judged_by: ClassVar[str] = "wrist"
@@ -112,7 +114,8 @@ def _assemble(
         valid=np.array([not words for words in reason]),
         reason=tuple(reason),
         state_mean=found.rows(found.table["mean"]),
-        state_covariance=found.rows(found.table["covariance"]),
+        state_sd=found.rows(found.table["sd"]),
+        wrist_covariance=found.rows(found.table["place_covariance"]),
         sightings=sightings,
         recording=recording,
         stage_s=stage_s,

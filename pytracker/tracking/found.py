@@ -78,8 +78,8 @@ def _(track: ArmTrack) -> tuple[Found, ...]:
         return ()
     # A long recording is smoothed in windows: each has its own estimate of the same.
     changes = track.state_mean[known, first:].mean(axis=0)
-    variances = np.diagonal(track.state_covariance[known], axis1=1, axis2=2)[:, first:].mean(axis=0)
-    scaled = zip(names, changes, np.sqrt(np.maximum(variances, 0.0)), strict=True)
+    spread = np.sqrt(np.square(track.state_sd[known, first:]).mean(axis=0))
+    scaled = zip(names, changes, spread, strict=True)
     return tuple(
         Found(name, what, unit, scale * float(change), abs(scale) * given_sd, abs(scale) * float(sd))
         for (name, what, unit, scale, given_sd), change, sd in scaled

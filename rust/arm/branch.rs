@@ -5,12 +5,11 @@ use super::cues::robust;
 use super::cues::upper_arm::Direction;
 use super::frame::Frame;
 use super::mixture::ArmMixture;
-use super::posed::{Posed, sightings};
+use super::posed::{Moment, Posed, sightings};
 use super::state::{Arm, Layout, Noise, View};
 use super::worn::Moved;
 use crate::Result;
-use crate::estimate::Estimate;
-use crate::filter::{Chain, Component, Gaussian, Linear, LinearTransition, Settled, Spread, settle};
+use crate::filter::{Chain, Gaussian, Linear, LinearTransition, Settled, Spread, settle};
 use crate::quaternion::Quaternion;
 use nalgebra::{DVector, Vector2};
 
@@ -61,12 +60,9 @@ impl ArmBranch<'_> {
         settle(self, start, TURNS, SETTLED)
     }
 
-    /// What a state says of the arm.
-    pub fn estimate(&self, step: usize, state: Gaussian) -> Estimate {
-        let frame = self.frame(step);
-        let posed = Posed::new(Layout::new(self.noise), self.arm, self.noise, frame.moment());
-        let component = Component { gaussian: state, log_weight: 0.0 };
-        self.filter.of_components(vec![component], &posed, frame.time_s)
+    /// What the IMU says at every step.
+    pub fn moments(&self) -> Vec<Moment> {
+        (0..self.steps.len()).map(|step| self.frame(step).moment()).collect()
     }
 
     fn frame(&self, step: usize) -> Frame<'_> {

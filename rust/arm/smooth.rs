@@ -10,7 +10,7 @@ use super::cues::landmark::Landmark;
 use super::cues::upper_arm::{Direction, direction_at};
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
-use super::posed::sightings;
+use super::posed::{Moment, Posed, sightings};
 use super::setup::Setup;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY, View};
 use super::timeline::Timeline;
@@ -19,7 +19,7 @@ use super::weighed::{Delayed, Way, together, weighed, weights};
 use super::worn::{Moved, WornMotion};
 use crate::Result;
 use crate::estimate::Estimate;
-use crate::filter::{Gaussian, Settled, Smoothed, smooth, successes};
+use crate::filter::{Component, Gaussian, Settled, Smoothed, smooth, successes};
 use crate::observation::Sample;
 use crate::quaternion::Quaternion;
 use crate::smoothing::{Window, Windowed};
@@ -68,10 +68,13 @@ pub struct Memory {
 }
 
 /// A recording at some delay, and where it has settled.
-struct Retimed<'a> {
-    steps: Vec<Step<'a>>,
+struct Retimed {
+    moments: Vec<Moment>,
     at: Vec<DVector<f64>>,
 }
+
+/// The delays of one way, each with its weight, the heaviest first.
+type Delays = Vec<(f64, Delayed<Retimed>)>;
 
 /// A recording of an arm that a mixture has been through.
 #[derive(Clone, Copy)]
@@ -117,9 +120,13 @@ impl<'a> Recorded<'a> {
         let noise = Noise { clock: None, setup: self.setup, ..self.noise.clone() };
         let ways = self.starts(&noise)?.par_iter().map(|start| self.way(start, &noise)).collect();
         // Most delays weigh nothing: what the others say is worked out alone.
-        let said = weighed(successes(ways)?).into_par_iter().map(|way| self.said(way, &noise));
-        let parts = said.collect::<Result<Vec<_>>>()?.concat();
-        Ok((0..self.frames.len()).into_par_iter().map(|frame| together(&parts, frame)).collect())
+        let ways: Vec<_> = weighed(successes(ways)?).into_par_iter().map(|way| self.spread(way, &noise)).collect();
+        let ways = ways.into_iter().collect::<Result<Vec<_>>>()?;
+        let said = |frame| {
+            let parts = ways.iter().flat_map(|way| self.said(way, frame, &noise));
+            together(&parts.collect::<Vec<_>>())
+        };
+        Ok((0..self.frames.len()).into_par_iter().map(said).collect())
     }
 
     /// Trajectories that explain more than all about them where no frame is late, the likeliest first.
@@ -137,7 +144,7 @@ impl<'a> Recorded<'a> {
     }
 
     /// One way, at all delays.
-    fn way(&self, start: &[DVector<f64>], noise: &Noise) -> Result<Way<Retimed<'a>>> {
+    fn way(&self, start: &[DVector<f64>], noise: &Noise) -> Result<Way<Retimed>> {
         let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
         let mut found = self.at_delays(start, known_sd, noise)?;
         let alone_s = if known_sd > 0.0 { known_sd } else { 1.0 };
@@ -160,14 +167,14 @@ impl<'a> Recorded<'a> {
 
     /// Those of the delays with which a trajectory is found, in increasing order; an error where there is none. From none on to
     /// either side, as each tells where to start with the next.
-    fn at_delays(&self, start: &[DVector<f64>], known_sd: f64, noise: &Noise) -> Result<Vec<Delayed<Retimed<'a>>>> {
+    fn at_delays(&self, start: &[DVector<f64>], known_sd: f64, noise: &Noise) -> Result<Vec<Delayed<Retimed>>> {
         let none = self.delayed(start.to_vec(), 0.0, noise);
         if known_sd == 0.0 {
             return Ok(vec![none?]);
         }
         let first = none.as_ref().map_or(start, |none| &none.of.at);
         let on = |side: f64| {
-            let mut tried: Vec<Result<Delayed<Retimed<'a>>>> = Vec::with_capacity(DELAYS.len());
+            let mut tried: Vec<Result<Delayed<Retimed>>> = Vec::with_capacity(DELAYS.len());
             for delay in DELAYS {
                 let delay_s = side * delay * known_sd;
                 let last = tried.iter().filter_map(|one| one.as_ref().ok()).next_back();
@@ -183,29 +190,39 @@ impl<'a> Recorded<'a> {
         successes(tried)
     }
 
-    fn delayed(&self, start: Vec<DVector<f64>>, delay_s: f64, noise: &Noise) -> Result<Delayed<Retimed<'a>>> {
+    fn delayed(&self, start: Vec<DVector<f64>>, delay_s: f64, noise: &Noise) -> Result<Delayed<Retimed>> {
         let steps = self.retimed(delay_s, noise)?;
-        let Settled { at, log_evidence, .. } = self.branch(noise, &steps).settled(start)?;
+        let branch = self.branch(noise, &steps);
+        let Settled { at, log_evidence, .. } = branch.settled(start)?;
         let in_sd =
             self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
         let log_density = log_evidence - 0.5 * in_sd * in_sd;
-        Ok(Delayed { delay_s, log_density, of: Retimed { steps, at } })
+        Ok(Delayed { delay_s, log_density, of: Retimed { moments: branch.moments(), at } })
     }
 
-    /// What one way says at its delays, frame by frame. The spread about it is found at the heaviest, and is that of all.
-    fn said(&self, way: Vec<(f64, Delayed<Retimed<'_>>)>, noise: &Noise) -> Result<Vec<(f64, Delayed<Vec<Estimate>>)>> {
-        let Retimed { steps, at } = &way[0].1.of;
-        let Smoothed { states, log_evidence } = smooth(&self.branch(noise, steps), at.clone())?;
-        let said = |(weight, Delayed { delay_s, log_density, of })| {
-            let Retimed { steps, at } = of;
-            let branch = self.branch(noise, &steps);
-            let estimate = |(step, mean): (usize, _)| {
-                let state = Gaussian { mean, covariance: states[step].covariance.clone() };
-                Estimate { log_evidence: Some(log_evidence[step]), ..branch.estimate(step, state) }
-            };
-            (weight, Delayed { delay_s, log_density, of: at.into_iter().enumerate().map(estimate).collect() })
-        };
-        Ok(way.into_par_iter().map(said).collect())
+    /// One way with the spread about it: that at its heaviest delay.
+    fn spread(&self, way: Delays, noise: &Noise) -> Result<(Delays, Smoothed)> {
+        let Delayed { delay_s, of, .. } = &way[0].1;
+        let smoothed = smooth(&self.branch(noise, &self.retimed(*delay_s, noise)?), of.at.clone())?;
+        Ok((way, smoothed))
+    }
+
+    /// What one way says of a frame at each of its delays.
+    fn said<'b>(
+        &'b self,
+        (way, spread): &'b (Delays, Smoothed),
+        frame: usize,
+        noise: &'b Noise,
+    ) -> impl Iterator<Item = (f64, Delayed<Estimate>)> + 'b {
+        let (covariance, log_evidence) = (&spread.states[frame].covariance, Some(spread.log_evidence[frame]));
+        way.iter().map(move |(weight, Delayed { delay_s, log_density, of })| {
+            let posed = Posed::new(Layout::new(noise), self.arm, noise, of.moments[frame]);
+            let gaussian = Gaussian { mean: of.at[frame].clone(), covariance: covariance.clone() };
+            let component = Component { gaussian, log_weight: 0.0 };
+            let estimate = self.filter.of_components(vec![component], &posed, self.frames[frame].time_s);
+            let of = Estimate { log_evidence, ..estimate };
+            (*weight, Delayed { delay_s: *delay_s, log_density: *log_density, of })
+        })
     }
 
     /// The frames, seen so much later by the IMU's clock; without the clock's column, which is the last.
@@ -281,8 +298,8 @@ impl<'a> Recorded<'a> {
 }
 
 /// Where a trajectory is looked for at a delay: on the line through those that were found next to it.
-fn between(found: &[Delayed<Retimed<'_>>], delay_s: f64) -> Vec<DVector<f64>> {
-    let mut near: Vec<&Delayed<Retimed<'_>>> = found.iter().collect();
+fn between(found: &[Delayed<Retimed>], delay_s: f64) -> Vec<DVector<f64>> {
+    let mut near: Vec<&Delayed<Retimed>> = found.iter().collect();
     near.sort_by(|a, b| (a.delay_s - delay_s).abs().total_cmp(&(b.delay_s - delay_s).abs()));
     let [one, other, ..] = near[..] else { return near[0].of.at.clone() };
     let share = (delay_s - one.delay_s) / (other.delay_s - one.delay_s);

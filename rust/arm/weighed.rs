@@ -8,7 +8,6 @@ const LEAST: f64 = 1e-4;
 /// What a worn sensor's errors make of so many frames is alike: ways are told apart by evidence divided by it.
 const ALIKE: f64 = 4.0;
 
-#[derive(Clone)]
 /// A delay of the camera, and what became of the recording with it.
 pub(super) struct Delayed<T> {
     /// By how much the camera sees later, s.
@@ -57,8 +56,8 @@ pub(super) fn weights<T>(found: &[Delayed<T>], alone_s: f64) -> (f64, Vec<f64>) 
 }
 
 /// One estimate of a frame from those of all ways and delays; the delay is the last column of its state.
-pub(super) fn together(parts: &[(f64, Delayed<Vec<Estimate>>)], frame: usize) -> Estimate {
-    let of = |one: &Delayed<Vec<Estimate>>| one.of[frame].state.mean.push(one.delay_s);
+pub(super) fn together(parts: &[(f64, Delayed<Estimate>)]) -> Estimate {
+    let of = |one: &Delayed<Estimate>| one.of.state.mean.push(one.delay_s);
     let mut mean = of(&parts[0].1) * 0.0;
     for (weight, one) in parts {
         mean += of(one) * *weight;
@@ -69,16 +68,16 @@ pub(super) fn together(parts: &[(f64, Delayed<Vec<Estimate>>)], frame: usize) ->
         let off = of(one) - &mean;
         covariance += &off * off.transpose() * *weight;
         let mut own = covariance.view_mut((0, 0), (dim - 1, dim - 1));
-        own += &one.of[frame].state.covariance * *weight;
+        own += &one.of.state.covariance * *weight;
     }
     let point = |place: usize| {
-        let each = parts.iter().map(|(weight, one)| (*weight, &one.of[frame].places[place]));
+        let each = parts.iter().map(|(weight, one)| (*weight, &one.of.places[place]));
         Point::together(&each.collect::<Vec<_>>())
     };
     let places: Vec<Point> = (0..PLACES.len()).map(point).collect();
     let state = places[WRIST].with_state(mean, covariance);
-    let evidence = parts.iter().map(|(weight, one)| weight * one.of[frame].log_evidence.unwrap_or(0.0)).sum();
-    Estimate { state, places, log_evidence: Some(evidence), ..parts[0].1.of[frame].clone() }
+    let evidence = parts.iter().map(|(weight, one)| weight * one.of.log_evidence.unwrap_or(0.0)).sum();
+    Estimate { state, places, log_evidence: Some(evidence), ..parts[0].1.of.clone() }
 }
 
 #[cfg(test)]

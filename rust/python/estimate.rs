@@ -155,8 +155,8 @@ fn blobs(estimate: &estimate::Estimate) -> impl Iterator<Item = f64> {
     estimate.blobs.iter().flat_map(|blob| blob.unwrap_or([f64::NAN; 2])).collect::<Vec<_>>().into_iter()
 }
 
-/// One row an estimate: places by name `(T, 5, 3)`, `state` `(T, 5, K)`, `mean`, `covariance`, `blobs`, `ess`, `log_evidence`,
-/// `doubt`; a quantity that the method does not have is NaN.
+/// One row an estimate: places by name `(T, 5, 3)`, `state` `(T, 5, K)`, `mean` and `sd` `(T, D)`, `place_covariance` of the first
+/// three columns, `blobs`, `ess`, `log_evidence`, `doubt`; a quantity that the method does not have is NaN.
 pub fn table<'py>(
     py: Python<'py>,
     names: &[&'static str],
@@ -172,8 +172,13 @@ pub fn table<'py>(
     out.set_item("state", state.reshape([rows, QUANTITIES, width])?)?;
     let mean = PyArray1::from_iter(py, estimates.iter().flat_map(|e| e.state.mean.iter().copied()));
     out.set_item("mean", mean.reshape([rows, dim])?)?;
-    let covariance = PyArray1::from_iter(py, estimates.iter().flat_map(|e| e.state.covariance.iter().copied()));
-    out.set_item("covariance", covariance.reshape([rows, dim, dim])?)?;
+    // The whole covariance of every frame of an hour would be a gigabyte.
+    let sd = estimates.iter().flat_map(|e| (0..dim).map(|d| e.state.covariance[(d, d)].max(0.0).sqrt()));
+    out.set_item("sd", PyArray1::from_iter(py, sd).reshape([rows, dim])?)?;
+    let of_place =
+        |k: usize, e: &estimate::Estimate| e.state.covariance.get((k % 3, k / 3)).copied().unwrap_or(f64::NAN);
+    let place = estimates.iter().flat_map(|e| (0..9).map(move |k| of_place(k, e)));
+    out.set_item("place_covariance", PyArray1::from_iter(py, place).reshape([rows, 3, 3])?)?;
     out.set_item("blobs", PyArray1::from_iter(py, estimates.iter().flat_map(blobs)).reshape([rows, 3, 2])?)?;
     let numbers = |of: fn(&estimate::Estimate) -> f64| PyArray1::from_iter(py, estimates.iter().map(of));
     out.set_item("time_s", numbers(|e| e.time_s))?;

@@ -145,8 +145,8 @@ impl Tracker {
     }
 
     /// Many observations in one call, without the interpreter lock: a dict of arrays, a row a frame (places by name
-    /// `(T, 5, 3)`: mean, mode, standard deviation, 2.5 % and 97.5 % quantile, m; `state` `(T, 5, K)`, `mean` `(T, D)`,
-    /// `covariance` `(T, D, D)`, `blobs`, `time_s`, `ess`, `log_evidence`, `doubt`); and, where the track was lost, the
+    /// `(T, 5, 3)`: mean, mode, standard deviation, 2.5 % and 97.5 % quantile, m; `state` `(T, 5, K)`, `mean` and `sd` `(T, D)`,
+    /// `place_covariance` `(T, 3, 3)` of the state's first three columns, `blobs`, `time_s`, `ess`, `log_evidence`, `doubt`); and, where the track was lost, the
     /// message, the rows ending before that frame. Where the tracker waits for late ones `finish` gives the last. Raises
     /// `InputError`, whose attribute `table` holds the rows before.
     #[pyo3(signature = (observations, threads = None))]
