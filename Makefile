@@ -64,7 +64,7 @@ lint: $(VENV)/.installed ## Formatting, clippy, ruff, mypy, stubtest, documentat
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest pytracker._core
-	$(BIN)/python -W error -m pdoc -o target/pdoc pytracker
+	$(BIN)/python -W error -m mkdocs build --strict --quiet
 
 format: $(VENV)/.installed ## Format everything
 	cargo fmt
@@ -77,9 +77,9 @@ bench: ## Time the Rust core (criterion); needs no Python
 bench-peers: $(VENV)/.installed ## Time against a NumPy twin, alternating in one process
 	$(BIN)/python tests/bench_peers.py
 
-doc: $(VENV)/.installed ## API documentation of both sides into target/doc and target/pdoc
+doc: $(VENV)/.installed ## README, guide, examples and the API of both sides as one site, into target/site
 	cargo doc --locked --no-deps
-	$(BIN)/python -m pdoc -o target/pdoc pytracker
+	$(BIN)/python -m mkdocs build --strict --quiet
 
 clean: ## Remove everything that was made
 	rm -rf target $(VENV) $(KEYPOINTS) report reproduced
