@@ -49,6 +49,21 @@ def test_what_comes_after_helps_and_its_bands_hold(
     assert coverage.min() > 0.92
 
 
+@pytest.mark.parametrize("drift_ppm", [300.0, -30.0])
+def test_a_clock_that_drifts_is_found_over_a_long_recording(drift_ppm: float) -> None:
+    """To some 20 ppm within four minutes of lively movement; what is found is what has to be added."""
+    recording, sightings = played(dataclasses.replace(LIVELY, worn=False, duration_s=240.0), 5)
+    imu = recording.imus[0]
+    slow = dataclasses.replace(imu, time_s=imu.time_s * (1.0 - 1e-6 * drift_ppm))
+    track = pt.track(dataclasses.replace(recording, imus=(slow,)), pt.Smooth(), sightings=sightings)
+    (drift,) = (found for found in found_by(track) if found.name == "drift_ppm")
+    assert drift.is_told
+    assert drift.sd < 30.0
+    assert abs(drift.change - drift_ppm) < 3.0 * drift.sd
+    short = pt.track(recording, pt.Smooth(), sightings=pt.Sightings.of(sightings.time_s[:500], sightings.pixels[:500]))
+    assert not [found for found in found_by(short) if found.name == "drift_ppm"]
+
+
 def test_same_bytes_for_any_number_of_threads() -> None:
     recording, sightings = played(dataclasses.replace(LIVELY, duration_s=6.0), 3)
     tracks = [pt.track(recording, pt.Smooth(), 1, sightings=sightings, threads=threads) for threads in (1, 2, 7)]

@@ -57,8 +57,10 @@ def load_imu(
     assert log.q_world_sensor is not None
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
     q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount))
+    # Its clock goes faster or slower than the video's from its first sample on.
+    drifted_s = 1e-6 * entry.drift_ppm * (log.time_s - log.time_s[0])
     imu = Imu(
-        time_s=log.time_s + entry.offset_s,
+        time_s=log.time_s + entry.offset_s + drifted_s,
         acc=rotate(mount, log.acc),
         q_world_segment=np.ascontiguousarray(q_world_segment),
         gyr=None if log.gyr is None else rotate(mount, log.gyr),

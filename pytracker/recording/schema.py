@@ -78,6 +78,7 @@ class ImuEntry(Entry):
     segment: str | None = None
     offset_s: Finite = 0.0
     offset_sd_s: Spread | None = None
+    drift_ppm: Annotated[float, Field(strict=True, ge=-1e4, le=1e4)] = 0.0
     heading_deg: Finite | None = None
     mount: tuple[Finite, Finite, Finite, Finite] = (1.0, 0.0, 0.0, 0.0)
     mount_sd_deg: Annotated[float, Field(strict=True, gt=0, le=57)] | None = None

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import singledispatch
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker.methods.arm import Smooth
 from pytracker.tracking.arm import ArmTrack
@@ -19,6 +20,13 @@ __all__ = ["Found", "found_by"]
 
 TOLD = 0.8
 """The data say something of a quantity whose standard deviation they make smaller than this share of what it was."""
+
+WINDOW = 600
+"""So many frames are smoothed together: each such stretch says for itself how late the camera sees."""
+LEAST_WINDOWS = 4
+"""Fewer say nothing of a drift."""
+CLOCK_PPM = 50.0
+"""How well two clocks go alike, as a standard deviation."""
 
 MOTION_COLUMNS = 12
 """Position, velocity, bias and orientation error come first in the state of a worn arm."""
@@ -80,10 +88,30 @@ def _(track: ArmTrack) -> tuple[Found, ...]:
     changes = track.state_mean[known, first:].mean(axis=0)
     spread = np.sqrt(np.square(track.state_sd[known, first:]).mean(axis=0))
     scaled = zip(names, changes, spread, strict=True)
-    return tuple(
+    constants = (
         Found(name, what, unit, scale * float(change), abs(scale) * given_sd, abs(scale) * float(sd))
         for (name, what, unit, scale, given_sd), change, sd in scaled
         if given_sd > 0.0
+    )
+    return (*constants, *_drift(track, np.asarray(known)))
+
+
+def _drift(track: ArmTrack, known: NDArray[np.bool_]) -> Iterator[Found]:
+    """By how much the IMU's clock goes slower than the camera's: the line through what each window says of it."""
+    count = int(known.sum()) // WINDOW
+    if count < LEAST_WINDOWS or not (track.state_sd[known, -1] > 0.0).all():
+        return
+    windows = [
+        np.array_split(of[known], count) for of in (track.time_s, -track.state_mean[:, -1], track.state_sd[:, -1])
+    ]
+    time_s, late_s, sd_s = (np.array([part.mean() for part in parts]) for parts in windows)
+    line, spread = np.polyfit(time_s, late_s, 1, w=1.0 / sd_s, cov="unscaled")
+    # Windows that scatter by more than they know tell less.
+    scatter = max(1.0, float(np.square((late_s - np.polyval(line, time_s)) / sd_s).sum() / (count - 2)))
+    told, given = 1e12 * float(spread[0, 0]) * scatter, CLOCK_PPM**2
+    share = given / (given + told)
+    yield Found(
+        "drift_ppm", "drift of the IMU's clock", "ppm", 1e6 * float(line[0]) * share, CLOCK_PPM, (told * share) ** 0.5
     )
 
 
