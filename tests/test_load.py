@@ -180,6 +180,13 @@ def test_camera_that_starts_before_the_imu(folder: Path) -> None:
     assert np.isfinite(track.joints["wrist"].mean[25:]).all()
 
 
+def test_a_clock_that_drifts_is_put_right_from_its_first_sample_on(folder: Path) -> None:
+    given = load_arm(folder).imus[0].time_s
+    put = load_arm(edit(folder, 'segment = "right_forearm"', "offset_s = 0.5\ndrift_ppm = 100.0")).imus[0].time_s
+    assert put[0] == given[0] + 0.5
+    assert np.allclose(put - put[0], (given - given[0]) * 1.0001, rtol=1e-12)
+
+
 def test_rows_that_are_missing_are_a_gap_in_the_truth() -> None:
     time_s = np.concatenate([np.arange(0, 2, 0.01), np.arange(6, 8, 0.01)])
     truth = pt.Truth(time_s=time_s, joints_m={"wrist": np.stack([time_s] * 3, axis=1)})
