@@ -22,7 +22,8 @@ TOLD = 0.8
 """The data say something of a quantity whose standard deviation they make smaller than this share of what it was."""
 
 WINDOW = 600
-"""So many frames are smoothed together: each such stretch says for itself how late the camera sees."""
+"""So many frames are smoothed together (`WINDOW` of `rust/smoothing.rs`): each says
+for itself how late the camera sees."""
 LEAST_WINDOWS = 4
 """Fewer say nothing of a drift."""
 CLOCK_PPM = 50.0

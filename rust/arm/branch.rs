@@ -21,8 +21,9 @@ const SETTLED: f64 = 0.1;
 pub(super) struct Step<'a> {
     /// Recording time, s.
     pub time_s: f64,
-    /// Motion since the frame before, and the spread of the columns that it mixes.
+    /// Motion since the frame before.
     pub moved: Moved,
+    /// Spread that it gives to the columns that it mixes, factored once for all passes.
     pub spread: Spread,
     /// Orientation when it was seen.
     pub world_sensor: Quaternion,

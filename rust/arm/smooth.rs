@@ -302,6 +302,7 @@ fn between(found: &[Delayed<Retimed>], delay_s: f64) -> Vec<DVector<f64>> {
     let mut near: Vec<&Delayed<Retimed>> = found.iter().collect();
     near.sort_by(|a, b| (a.delay_s - delay_s).abs().total_cmp(&(b.delay_s - delay_s).abs()));
     let [one, other, ..] = near[..] else { return near[0].of.at.clone() };
+    // Beyond the last of them it is the line's going on.
     let share = (delay_s - one.delay_s) / (other.delay_s - one.delay_s);
     one.of.at.iter().zip(&other.of.at).map(|(one, other)| one.lerp(other, share)).collect()
 }
