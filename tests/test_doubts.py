@@ -12,6 +12,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking import ArmTrack
+from pytracker.tracking.found import found_by
 from pytracker.tracking.swivel import HANGS, hangs
 
 
@@ -108,3 +109,14 @@ def test_of_worn_recordings_that_are_right_nothing_is_said() -> None:
         simulation = ArmSimulation(pt.ArmScene(pattern=pattern, worn=True), seed)
         sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
         assert pt.doubts(pt.track(simulation.recording(), pt.Mixture(), sightings=sightings)) == ()
+
+
+def test_a_slow_reach_of_minutes_is_not_taken_for_another_camera() -> None:
+    """Its distance drifts off by more than it was known to, and stays as unsure as it was."""
+    simulation = ArmSimulation(pt.ArmScene(pattern="reach", period_s=4.0, duration_s=120.0), 302)
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
+    track = pt.track(simulation.recording(), pt.Smooth(), sightings=sightings)
+    (distance,) = (found for found in found_by(track) if found.what == "camera's distance")
+    assert distance.surprise > 2.0
+    assert not distance.is_told
+    assert pt.doubts(track) == ()

@@ -18,7 +18,7 @@ from pytracker.tracking.tracks import Track
 
 __all__ = ["Found", "found_by"]
 
-TOLD = 0.8
+TOLD = 0.85
 """The data say something of a quantity whose standard deviation they make smaller than this share of what it was."""
 
 WINDOW = 600
