@@ -58,7 +58,8 @@ AS_GOOD = 8.0
 """Descriptions that are as good as the best but for this cannot be told from it."""
 
 SURPRISING = 2.0
-"""What was measured once should not differ by more standard deviations; of right ones, worn too, none does by 1.3."""
+"""What was measured once should not differ by more standard deviations; of right ones, worn and of minutes too, none
+that the data tell does by 1.8."""
 
 ABOVE = -0.1
 """No captured arm's elbow hangs less than 0.27 (`pytracker.tracking.swivel`)."""
