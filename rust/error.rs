@@ -247,6 +247,18 @@ pub(crate) fn require_pixel(name: &'static str, time_s: f64, pixel: [f64; 2]) ->
     }
 }
 
+/// Of several tries those that led to something; an error where none did.
+///
+/// # Errors
+/// The first.
+pub(crate) fn successes<T>(tries: Vec<crate::Result<T>>) -> crate::Result<Vec<T>> {
+    let (good, bad): (Vec<_>, Vec<_>) = tries.into_iter().partition(Result::is_ok);
+    match bad.into_iter().next() {
+        Some(error) if good.is_empty() => error.map(|found| vec![found]),
+        _ => good.into_iter().collect(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -263,5 +275,13 @@ mod tests {
     fn what_cannot_be_held_is_refused() {
         assert!(room("numbers", 1000).is_ok());
         assert!(room("numbers", usize::MAX / 4).is_err());
+    }
+
+    #[test]
+    fn one_success_is_enough() {
+        let error = |value| Error::NotFinite { name: "pixel", time_s: 0.0, value };
+        assert_eq!(successes(vec![Err(error(1e7)), Ok(1), Ok(2)]), Ok(vec![1, 2]));
+        assert_eq!(successes::<u8>(vec![Err(error(1e7)), Err(error(1e8))]), Err(error(1e7)));
+        assert_eq!(successes::<u8>(Vec::new()), Ok(Vec::new()));
     }
 }

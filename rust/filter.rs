@@ -30,7 +30,7 @@ pub use layered::{LayeredFilter, Resampling};
 pub use linear_transition::LinearTransition;
 pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};
-pub use smoother::{Chain, Settled, Smoothed, cost_of, settle, smooth, successes};
+pub use smoother::{Chain, Settled, Smoothed, cost_of, settle, smooth};
 pub use spread::Spread;
 
 use crate::particles::{BlockMut, ParticleSet};

@@ -47,18 +47,6 @@ pub trait Chain {
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>>;
 }
 
-/// Of several tries those that led to something; an error where none did.
-///
-/// # Errors
-/// The first.
-pub fn successes<T>(tries: Vec<Result<T>>) -> Result<Vec<T>> {
-    let (good, bad): (Vec<_>, Vec<_>) = tries.into_iter().partition(Result::is_ok);
-    match bad.into_iter().next() {
-        Some(error) if good.is_empty() => error.map(|found| vec![found]),
-        _ => good.into_iter().collect(),
-    }
-}
-
 /// A smoothed recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Smoothed {
