@@ -42,6 +42,8 @@ class SilhouetteParameters:
     Attributes:
         colour: whether the background is subtracted in colour (largest channel) or in grey (paper Fig. 3).
         foreground_level: difference from the background, of 255, from which a pixel is foreground.
+        foreground_chroma: difference of Cr or Cb from which it is so too: arms before a wall that is as bright as they
+            are differ in colour alone, which has a fraction of brightness's noise. 0: not asked.
         shadow_darkest: a shadow keeps at least this share of the background's brightness.
         shadow_chroma: and its Cr and Cb differ by less than this, of 255. 0: no shadow is taken off.
         open_px: foreground that is narrower is noise, px.
@@ -65,6 +67,7 @@ class SilhouetteParameters:
 
     colour: bool = True
     foreground_level: int = 26
+    foreground_chroma: int = 10
     shadow_darkest: float = 0.5
     shadow_chroma: int = 3
     open_px: int = 3
@@ -196,8 +199,11 @@ class Silhouette:
         else:
             difference = cv2.absdiff(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), self._grey)
         _, mask = cv2.threshold(difference, p.foreground_level - 1, 255, cv2.THRESH_BINARY)
+        chroma = cv2.max(cv2.absdiff(cr, self._cr), cv2.absdiff(cb, self._cb))
+        if p.foreground_chroma > 0:
+            _, coloured = cv2.threshold(chroma, p.foreground_chroma - 1, 255, cv2.THRESH_BINARY)
+            mask = cv2.bitwise_or(mask, coloured)
         if p.shadow_chroma > 0:
-            chroma = cv2.max(cv2.absdiff(cr, self._cr), cv2.absdiff(cb, self._cb))
             _, grey = cv2.threshold(chroma, p.shadow_chroma - 1, 255, cv2.THRESH_BINARY_INV)
             darker = cv2.bitwise_and(cv2.compare(y, self._y, cv2.CMP_LT), cv2.compare(y, self._darkest, cv2.CMP_GT))
             mask = cv2.bitwise_and(mask, cv2.bitwise_not(cv2.bitwise_and(grey, darker)))
