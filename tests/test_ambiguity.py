@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pytracker.evidence.ambiguity import wrist_may_be_off
+from pytracker.evidence.ambiguity import Forearm, Line, wrists_may_be_off
 from pytracker.evidence.silhouette import Region
 from pytracker.rotation import Array
 
@@ -27,9 +27,14 @@ def skin(*limbs: tuple[Array, Array, float]) -> Region:
     return distance, points[np.linspace(0, len(points) - 1, 64).astype(int)]
 
 
-def off_m(region: Region, elbow: Array, wrist: Array, other: tuple[Array, Array] = OTHER) -> float:
-    """As it is asked, m."""
-    return wrist_may_be_off(region, PX_PER_M, (elbow, wrist), FOREARM_M * PX_PER_M, HEAD, other) / PX_PER_M
+def forearm(line: Line, px_per_m: float = PX_PER_M, is_known: bool = False) -> Forearm:
+    return Forearm(*line, whole_px=FOREARM_M * px_per_m, is_known=is_known)
+
+
+def off_m(region: Region, elbow: Array, wrist: Array, other: Line = OTHER, is_known: bool = False) -> float:
+    """As it is asked of one wrist, m."""
+    arms = forearm((elbow, wrist)), forearm(other, is_known=is_known)
+    return wrists_may_be_off(region, PX_PER_M, arms, HEAD)[0] / PX_PER_M
 
 
 def body(arm: tuple[Array, Array]) -> Region:
@@ -67,13 +72,27 @@ def test_it_does_not_depend_on_the_size_of_the_picture() -> None:
     distance, points = region
     large = cv2.resize(2.0 * distance, None, fx=2.0, fy=2.0, interpolation=cv2.INTER_LINEAR)
     twice = np.asarray(large, dtype=np.float32), 2.0 * points
-    other = 2.0 * OTHER[0], 2.0 * OTHER[1]
     head = 2.0 * HEAD[0], 2.0 * HEAD[1]
-    arm = 2.0 * ELBOW, 2.0 * HANGING
     px = 2.0 * PX_PER_M
-    assert wrist_may_be_off(twice, px, arm, FOREARM_M * px, head, other) / px == pytest.approx(
-        off_m(region, ELBOW, HANGING), abs=0.005
-    )
+    arms = forearm((2.0 * ELBOW, 2.0 * HANGING), px), forearm((2.0 * OTHER[0], 2.0 * OTHER[1]), px)
+    assert wrists_may_be_off(twice, px, arms, head)[0] / px == pytest.approx(off_m(region, ELBOW, HANGING), abs=0.005)
+
+
+def test_what_the_other_arm_may_explain_is_open() -> None:
+    """A bar of skin between the elbows is this forearm if the other one is known to point elsewhere, or else either."""
+    right = np.array([215.0, 160.0])
+    region = skin((*HEAD, 0.15), (ELBOW, right, 0.10))
+    to_camera = right, right - np.array([6.0, 0.0])
+    sure = off_m(region, ELBOW, ACROSS, to_camera, is_known=True)
+    assert sure < 0.05
+    assert off_m(region, ELBOW, ACROSS, to_camera) > 1.5 * sure
+
+
+def test_a_forearm_that_a_sensor_points_is_where_it_is() -> None:
+    left = np.array([220.0, 160.0]), np.array([150.0, 158.0])
+    region = skin((*HEAD, 0.15), (ELBOW, left[0], 0.12))
+    arms = forearm((ELBOW, ACROSS), is_known=True), forearm(left)
+    assert wrists_may_be_off(region, PX_PER_M, arms, HEAD)[0] == 0.0
 
 
 def test_places_that_are_no_numbers_tell_nothing() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.ambiguity import Line, to_line, with_hand, wrist_may_be_off
+from pytracker.evidence.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
 from pytracker.evidence.silhouette import BodyEvidence, Region
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -27,7 +27,7 @@ REACH_M = 0.12
 """Skin this far from head, forearms and hands is nobody's."""
 NOBODYS = 0.30
 """This share of the skin that is nobody's, and an arm is elsewhere."""
-UNKNOWN_M = 0.125
+UNKNOWN_M = 0.12
 """A wrist that may be farther off, for all that the skin says, is not known."""
 OFF_PERSON_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""
@@ -101,27 +101,26 @@ class BorneOut:
             apart = [np.nan if mask is None else _distance(mask[0], pixels[joint]) / px_per_m for joint in joints_of]
             off.append([0.0 if joint in is_there else m for joint, m in zip(joints_of, apart, strict=True)])
         spread = [float(np.sqrt(np.sum(self._across**2 @ sds[wrist] ** 2))) for wrist in WRISTS]
-        may_be_off = spread if skin is None else self._by_skin(time_s, skin, px_per_m, pixels)
+        may_be_off = spread if skin is None else self._by_skin(time_s, skin, px_per_m, pixels, is_there)
         self._may_be_off.append([told.get(wrist, off) for wrist, off in zip(WRISTS, may_be_off, strict=True)])
         is_told = is_there >= set(WRISTS)
         self._nobodys.append(0.0 if skin is None or is_told else _nobodys(skin[1], pixels, REACH_M * px_per_m))
 
-    def _by_skin(self, time_s: float, skin: Region, px_per_m: float, pixels: Mapping[str, Array]) -> list[float]:
-        """How far off either wrist may be for all that the skin says, m; nothing where a sensor tells more.
+    def _by_skin(
+        self, time_s: float, skin: Region, px_per_m: float, pixels: Mapping[str, Array], is_there: Collection[str]
+    ) -> list[float]:
+        """How far off either wrist may be for all that the skin says, m; nothing where a sensor or a point tells more.
 
         NaN between the times at which it is asked.
         """
         if time_s < self._ask_s:
             return [np.nan] * len(WRISTS)
         self._ask_s = time_s + ASK_EVERY_S
-        left, right = ((pixels[f"{side}_elbow"], pixels[f"{side}_wrist"]) for side in SIDES)
-        head = _head(pixels)
-        return [
-            0.0 if known else wrist_may_be_off(skin, px_per_m, arm, forearm_m * px_per_m, head, other) / px_per_m
-            for known, forearm_m, arm, other in zip(
-                self._is_sensed, self._forearm_m, (left, right), (right, left), strict=True
-            )
-        ]
+        left, right = (
+            Forearm(pixels[f"{side}_elbow"], pixels[wrist], m * px_per_m, is_known=sensed or wrist in is_there)
+            for side, wrist, m, sensed in zip(SIDES, WRISTS, self._forearm_m, self._is_sensed, strict=True)
+        )
+        return [off / px_per_m for off in wrists_may_be_off(skin, px_per_m, (left, right), _head(pixels))]
 
     def _by_keypoints(self, points: Array | None, px_per_m: float, pixels: Mapping[str, Array]) -> dict[str, float]:
         """How far from the nearest point of its own every joint of the arms is, m; those left out that have none."""

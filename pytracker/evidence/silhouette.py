@@ -42,8 +42,9 @@ class SilhouetteParameters:
     Attributes:
         colour: whether the background is subtracted in colour (largest channel) or in grey (paper Fig. 3).
         foreground_level: difference from the background, of 255, from which a pixel is foreground.
-        foreground_chroma: difference of Cr or Cb from which it is so too: arms before a wall that is as bright as they
-            are differ in colour alone, which has a fraction of brightness's noise. 0: not asked.
+        region_chroma: difference of Cr or Cb from which a pixel may belong to the region of skin too: arms before a wall
+            as bright as they are differ in colour alone, which has a fraction of brightness's noise. Edges, blobs and
+            the foreground are the paper's.
         shadow_darkest: a shadow keeps at least this share of the background's brightness.
         shadow_chroma: and its Cr and Cb differ by less than this, of 255. 0: no shadow is taken off.
         open_px: foreground that is narrower is noise, px.
@@ -67,7 +68,7 @@ class SilhouetteParameters:
 
     colour: bool = True
     foreground_level: int = 26
-    foreground_chroma: int = 10
+    region_chroma: int = 12
     shadow_darkest: float = 0.5
     shadow_chroma: int = 3
     open_px: int = 3
@@ -186,12 +187,18 @@ class Silhouette:
             raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
         smooth = cv2.blur(image, (3, 3))
         y, cr, cb = (_image(plane) for plane in cv2.split(cv2.cvtColor(smooth, cv2.COLOR_BGR2YCrCb)))
-        foreground = self._foreground(_image(smooth), y, cr, cb)
+        mask = self._differs(_image(smooth), y, cr, cb)
+        foreground = self._pieces(mask)
         edges = self._edges(y, foreground)
-        skin, blobs, areas = self._skin(y, cr, cb, foreground)
-        return BodyEvidence(foreground, edges, skin, blobs, areas, _region(skin), _region(foreground), image=image)
+        of_skin = self._coloured_as_skin(y, cr, cb)
+        skin = self._skin(of_skin, foreground)
+        blobs, areas = self._blobs(skin)
+        person = self._pieces(_image(cv2.bitwise_or(mask, self._differs_in_colour(cr, cb))))
+        skin_region = _region(self._skin(of_skin, person))
+        return BodyEvidence(foreground, edges, skin, blobs, areas, skin_region, _region(foreground), image=image)
 
-    def _foreground(self, image: Image, y: Image, cr: Image, cb: Image) -> Image:
+    def _differs(self, image: Image, y: Image, cr: Image, cb: Image) -> Image:
+        """From the background, and is no shadow on it."""
         p = self.parameters
         if p.colour:
             b, g, r = cv2.split(cv2.absdiff(image, self.background))
@@ -199,20 +206,26 @@ class Silhouette:
         else:
             difference = cv2.absdiff(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), self._grey)
         _, mask = cv2.threshold(difference, p.foreground_level - 1, 255, cv2.THRESH_BINARY)
-        chroma = cv2.max(cv2.absdiff(cr, self._cr), cv2.absdiff(cb, self._cb))
-        if p.foreground_chroma > 0:
-            _, coloured = cv2.threshold(chroma, p.foreground_chroma - 1, 255, cv2.THRESH_BINARY)
-            mask = cv2.bitwise_or(mask, coloured)
         if p.shadow_chroma > 0:
+            chroma = cv2.max(cv2.absdiff(cr, self._cr), cv2.absdiff(cb, self._cb))
             _, grey = cv2.threshold(chroma, p.shadow_chroma - 1, 255, cv2.THRESH_BINARY_INV)
             darker = cv2.bitwise_and(cv2.compare(y, self._y, cv2.CMP_LT), cv2.compare(y, self._darkest, cv2.CMP_GT))
             mask = cv2.bitwise_and(mask, cv2.bitwise_not(cv2.bitwise_and(grey, darker)))
-        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening)
-        # Whole outlines: what they enclose belongs to them.
+        return _image(mask)
+
+    def _differs_in_colour(self, cr: Image, cb: Image) -> Image:
+        """From the background, however bright it is."""
+        chroma = cv2.max(cv2.absdiff(cr, self._cr), cv2.absdiff(cb, self._cb))
+        _, mask = cv2.threshold(chroma, self.parameters.region_chroma - 1, 255, cv2.THRESH_BINARY)
+        return _image(mask)
+
+    def _pieces(self, mask: Image) -> Image:
+        """What is large enough of it. Whole outlines: what they enclose belongs to them."""
+        mask = _image(cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening))
+        least = self.parameters.least_area_m2 * self.px2_per_m2
         contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-        large = [c for c in contours if cv2.contourArea(c) >= p.least_area_m2 * self.px2_per_m2]
-        small = [c for c in contours if cv2.contourArea(c) < p.least_area_m2 * self.px2_per_m2]
-        if not large:
+        small = [c for c in contours if cv2.contourArea(c) < least]
+        if len(small) == len(contours):
             return np.zeros_like(mask)
         cv2.drawContours(mask, small, -1, 0, cv2.FILLED)
         return np.asarray(mask, dtype=np.uint8)
@@ -247,16 +260,23 @@ class Silhouette:
         red = cv2.morphologyEx(red, cv2.MORPH_OPEN, self._opening)
         return _image(cv2.dilate(red, np.ones((RIM_PX, RIM_PX), np.uint8)))
 
-    def _skin(self, y: Image, cr: Image, cb: Image, foreground: Image) -> tuple[Image, Array, Array]:
+    def _coloured_as_skin(self, y: Image, cr: Image, cb: Image) -> Image:
         p = self.parameters
         mask = cv2.bitwise_and(cv2.inRange(cr, *p.skin_cr), cv2.inRange(cb, *p.skin_cb))
         mask = cv2.bitwise_and(mask, cv2.inRange(y, p.skin_darkest, 255))
         mask = cv2.bitwise_and(mask, cv2.bitwise_not(self._too_red(y, cr)))
-        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening)
+        return _image(cv2.morphologyEx(mask, cv2.MORPH_OPEN, self._opening))
+
+    def _skin(self, coloured: Image, foreground: Image) -> Image:
+        """What is coloured as skin on the foreground and a little beyond it."""
         # A face that the background took for its own still shows in part: it grows from there.
-        mask = cv2.bitwise_and(mask, cv2.dilate(cv2.bitwise_and(mask, foreground), self._growth))
-        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._growth)
-        contours, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        mask = cv2.bitwise_and(coloured, cv2.dilate(cv2.bitwise_and(coloured, foreground), self._growth))
+        return _image(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._growth))
+
+    def _blobs(self, skin: Image) -> tuple[Array, Array]:
+        """Centres of what may be a head or a hand, px `(B, 2)`, and areas of their blobs, px² `(B,)`."""
+        p = self.parameters
+        contours, _ = cv2.findContours(skin, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         centres, areas = [], []
         for contour in contours:
             # The area of pixels, not of the polygon through their centres.
@@ -269,4 +289,4 @@ class Silhouette:
             places = self._places(contour, sides)
             centres += places
             areas += [area] * len(places)
-        return np.asarray(mask, dtype=np.uint8), np.array(centres, dtype=float).reshape(-1, 2), np.array(areas)
+        return np.array(centres, dtype=float).reshape(-1, 2), np.array(areas)
