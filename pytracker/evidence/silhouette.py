@@ -42,9 +42,9 @@ class SilhouetteParameters:
     Attributes:
         colour: whether the background is subtracted in colour (largest channel) or in grey (paper Fig. 3).
         foreground_level: difference from the background, of 255, from which a pixel is foreground.
-        region_chroma: difference of Cr or Cb from which a pixel may belong to the region of skin too: arms before a wall
-            as bright as they are differ in colour alone, which has a fraction of brightness's noise. Edges, blobs and
-            the foreground are the paper's.
+        region_chroma: difference of Cr or Cb from which a pixel may belong to the region of skin: arms before a wall as
+            bright as they are differ in colour alone, which has a fraction of brightness's noise. Edges, blobs and the
+            foreground are the paper's.
         shadow_darkest: a shadow keeps at least this share of the background's brightness.
         shadow_chroma: and its Cr and Cb differ by less than this, of 255. 0: no shadow is taken off.
         open_px: foreground that is narrower is noise, px.
