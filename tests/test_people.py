@@ -122,7 +122,7 @@ def test_a_wrist_that_is_lost_is_mostly_said_so(shared: Callable[[str], Path]) -
         frame_valid = track.joints["left_wrist"].valid & track.joints["right_wrist"].valid
         assert not track.valid[~frame_valid].any()
     is_lost, is_valid = np.concatenate(lost), np.concatenate(valid)
-    assert (~is_valid)[is_lost].mean() > 0.5
+    assert (~is_valid)[is_lost].mean() > 0.8
     assert (~is_valid)[~is_lost].mean() < 0.5 * (~is_valid)[is_lost].mean()
 
 
