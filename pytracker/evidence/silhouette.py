@@ -98,8 +98,8 @@ class BodyEvidence:
         skin: 255 on skin `(H, W)`, before blobs are filtered.
         blobs: centres of skin blobs, px `(B, 2)`.
         areas_px: their areas `(B,)`.
-        skin_region: distance of every pixel from skin `(H, W)`, px, and some points on it `(P, 2)`, px. It has skin that
-            differs from the background in colour alone, which `skin` has not.
+        skin_region: distance of every pixel from skin `(H, W)`, px, and some points on it `(P, 2)`, px. It has skin
+            that differs from the background in colour alone, which `skin` has not.
         foreground_region: the same of the foreground.
         keypoints: of each person that a detector found u, v and standard deviation, px `(P, 9, 3)`, in the order of
             `pytracker._core.KEYPOINTS`; NaN where a joint was not seen.
