@@ -159,7 +159,7 @@ def test_without_orientation_a_gyroscope_in_other_units_is_told(tmp_path: Path, 
     assert "computed from the gyroscope: is gyr in rad/s" in told(tmp_path, table, NO_QUATERNION)
 
 
-@pytest.mark.parametrize("names", ["quat_w,quat_x,quat_y,quat_z", "q0,q1,q2,q3", "qw,qx,qy,qz", "roll,pitch,yaw,extra"])
+@pytest.mark.parametrize("names", ["quat_1,quat_2,quat_3,quat_4", "q0,q1,q2,q3", "roll,pitch,yaw,extra"])
 def test_an_orientation_by_other_names_is_not_passed_over(tmp_path: Path, arm: Array, names: str) -> None:
     assert "look like an orientation, expected it as q_w, q_x, q_y, q_z" in told(
         tmp_path, arm, f"{NO_QUATERNION},{names}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytracker as pt
 from pytracker.formats.imu import read_imu
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_names import Column, known_as
+from pytracker.rotation import Array
 
 PHYPHOX = '"Time (s)";"Acceleration x (m/s^2)";"Acceleration y (m/s^2)";"Acceleration z (m/s^2)"'
 X_IO = ",".join([
@@ -33,7 +35,19 @@ X_IO = ",".join([
         ("Accelerometer X (counts)", None),
         ("Linear Acceleration x (m/s^2)", None),
         ("FreeAcc_X", None),
-        ("quat_w", None),
+        ("time_ms", Column("time_s", 1e-3)),
+        ("millis", Column("time_s", 1e-3)),
+        ("#timestamp [ns]", Column("time_s", 1e-9)),
+        ("%time", Column("time_s", 1.0)),
+        ("gFx", Column("acc_x", GRAVITY)),
+        ("a_RS_S_x [m s^-2]", Column("acc_x", 1.0)),
+        ("field.linear_acceleration.x", Column("acc_x", 1.0)),
+        ("linear_acceleration_x", None),
+        ("field.angular_velocity.y", Column("gyr_y", 1.0)),
+        ("Gyroscope/Z (rad/s)", Column("gyr_z", 1.0)),
+        ("Quat_W", Column("q_w", 1.0)),
+        ("field.orientation.x", Column("q_x", 1.0)),
+        ("quat_1", None),
         ("temperature (°C)", None),
     ],
 )
@@ -80,3 +94,86 @@ def test_a_map_names_what_is_not_known(tmp_path: Path) -> None:
     assert log.q_world_sensor[1].tolist() == [1, 0, 0, 0]
     with pytest.raises(pt.InputError, match=r"columns.acc_x is 'ax', but the header has no such column: clock"):
         read_imu(path, columns={**ours, "acc_x": "ax"})
+
+
+Row = Callable[[float, Array, Array, Array], list[object]]
+"""Cells of a row: time, s; specific force; turn rate; orientation."""
+LOGGERS: dict[str, tuple[list[str], Row]] = {
+    # ROS' bag as a table: nanoseconds since 1970, w last.
+    "ros": (
+        ["%time", *(f"field.orientation.{a}" for a in "xyzw"), *(f"field.angular_velocity.{a}" for a in "xyz"),
+         *(f"field.linear_acceleration.{a}" for a in "xyz")],
+        lambda t, a, g, q: [int(1.7e18) + int(t * 1e9), *q[[1, 2, 3, 0]], *g, *a],
+    ),
+    "euroc": (
+        ["#timestamp [ns]", *(f"w_RS_S_{a} [rad s^-1]" for a in "xyz"), *(f"a_RS_S_{a} [m s^-2]" for a in "xyz")],
+        lambda t, a, g, q: [int(1.7e18) + int(t * 1e9), *g, *a],
+    ),
+    "arduino": (
+        ["millis", "ax", "ay", "az", "gx", "gy", "gz", "qw", "qx", "qy", "qz"],
+        lambda t, a, g, q: [round(t * 1e3), *a, *g, *q],
+    ),
+    "unit not said": (
+        ["Timestamp", "AccX[mg]", "AccY[mg]", "AccZ[mg]", "GyroX[mdps]", "GyroY[mdps]", "GyroZ[mdps]"],
+        lambda t, a, g, q: [round(t * 1e3), *(a / GRAVITY * 1e3), *(np.degrees(g) * 1e3)],
+    ),
+    "physics toolbox": (
+        ["time", "gFx", "gFy", "gFz", "ax", "ay", "az", "wx", "wy", "wz"],
+        lambda t, a, g, q: [t, *(a / GRAVITY), 0.0, 0.0, 0.0, *g],
+    ),
+    "dates": (
+        ["time", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"],
+        lambda t, a, g, q: [f"2024-02-28T23:59:{50 + t:09.6f}+01:00", *a, *g],
+    ),
+    "quoted": (
+        ['"time_s"', '"acc_x"', '"acc_y"', '"acc_z"', '"note"'],
+        lambda t, a, g, q: [f'"{t}"', *a, '"up, then down"'],
+    ),
+    "apdm": (
+        ["Time (s)", *(f"Accelerometer/{a} (m/s^2)" for a in "XYZ"), *(f"Gyroscope/{a} (rad/s)" for a in "XYZ")],
+        lambda t, a, g, q: [t, *a, *g],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("logger", LOGGERS)
+def test_other_loggers_are_read(logger: str, tmp_path: Path) -> None:
+    names, row = LOGGERS[logger]
+    rng = np.random.default_rng(0)
+    time_s = np.arange(50) / 100
+    acc, gyr, q = (
+        rng.normal(0, 1, (50, 3)) + np.array([0, 0, 9.8]),
+        rng.normal(0, 1, (50, 3)),
+        rng.normal(0, 1, (50, 4)),
+    )
+    rows = [row(*each) for each in zip(time_s, acc, gyr, q, strict=True)]
+    # What the logger says of itself stands above.
+    lines = ["Recorded by:,A. Logger", "", ",".join(names), *(",".join(map(str, each)) for each in rows)]
+    path = tmp_path / "imu.csv"
+    path.write_text("\n".join(lines) + "\n")
+    log = read_imu(path)
+    assert log.acc is not None
+    assert log.lines[0] == 4
+    assert log.time_s - log.time_s[0] == pytest.approx(time_s, abs=1e-6)
+    assert log.acc == pytest.approx(acc)
+    assert (log.gyr is None) == ("note" in names[-1])
+    if log.gyr is not None:
+        assert log.gyr == pytest.approx(gyr)
+    if logger in ("ros", "arduino"):
+        assert log.q_world_sensor == pytest.approx(q)
+    assert ("taken as milliseconds, of 100 Hz" in " ".join(log.warnings)) == (logger == "unit not said")
+
+
+def test_rows_without_a_time_follow_at_the_rate_that_is_given(tmp_path: Path) -> None:
+    path = tmp_path / "x-imu.csv"
+    path.write_text("Packet number,Accelerometer X (g),Accelerometer Y (g),Accelerometer Z (g)\n7,0,0,1\n8,0,0,1\n")
+    with pytest.raises(pt.InputError, match=r"no column time_s .*, or rate_hz for rows without a time"):
+        read_imu(path)
+    assert read_imu(path, rate_hz=256.0).time_s.tolist() == [0.0, 1 / 256]
+
+
+def test_a_date_that_is_none_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text("time,acc_x,acc_y,acc_z\n2024-02-28 12:00:00.00,0,0,9.8\n2024-02-31 12:00:00.01,0,0,9.8\n")
+    with pytest.raises(pt.InputError, match=r"imu\.csv:3: time is '2024-02-31 12:00:00.01', expected a date and time"):
+        read_imu(path)

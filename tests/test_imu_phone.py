@@ -228,3 +228,43 @@ def test_a_watchs_arm_is_found_and_tracked(tmp_path: Path) -> None:
     assert check(made).is_ready
     track = pt.track(pt.load(made), pt.Smooth())
     assert pt.evaluate(track, recording.truth).joints["wrist"].rms_m < 0.06
+
+
+def test_sensorlog_of_a_watch_is_core_motion_in_one_file(tmp_path: Path) -> None:
+    """SensorLog's names and units; its accelerometer, which has gravity in it, stands beside the motion."""
+    path = tmp_path / "2024-05-01_Apple Watch.csv"
+    axes = "XYZ"
+    names = [
+        "loggingTime(txt)", *(f"accelerometerAcceleration{a}(G)" for a in axes), "motionTimestamp_sinceReboot(s)",
+        *(f"motionRotationRate{a}(rad/s)" for a in axes), *(f"motionUserAcceleration{a}(G)" for a in axes),
+        *(f"motionGravity{a}(G)" for a in axes), "activity(txt)",
+    ]  # fmt: skip
+    rows = [
+        ["2024-05-01 12:00:00.1 +0200", *-f / GRAVITY, 5000 + t, *w, *-(f - UP) / GRAVITY, *-UP / GRAVITY, "unknown"]
+        for t, f, w in zip(TIME_S, FORCE, TURN, strict=True)
+    ]
+    path.write_text("\n".join(",".join(map(str, row)) for row in [names, *rows]) + "\n")
+    log = read_imu(path)
+    assert log.acc == pytest.approx(FORCE)
+    assert log.gyr == pytest.approx(TURN)
+    assert log.time_s - 5000 == pytest.approx(TIME_S)
+
+
+def test_metawear_writes_the_sensor_into_a_long_name(tmp_path: Path) -> None:
+    start = "epoch (ms),time (01:00),elapsed (s),"
+    for called, unit, values, offset in (
+        ("Accelerometer", "g", FORCE / GRAVITY, 0.0),
+        ("Gyroscope", "deg/s", np.degrees(TURN), 0.003),
+    ):
+        rows = [
+            f"{1.7e12 + 1e3 * t:.0f},12.00,{t + offset:.3f},{x},{y},{z}"
+            for t, (x, y, z) in zip(TIME_S, values, strict=True)
+        ]
+        header = start + ",".join(f"{axis}-axis ({unit})" for axis in "xyz")
+        (tmp_path / f"MetaWear_2024-05-01T12.00.00_C8B1_{called}_100.000Hz_1.7.2.csv").write_text(
+            "\n".join([header, *rows])
+        )
+    log = read_imu(tmp_path)
+    assert log.acc == pytest.approx(FORCE[1:])
+    assert log.gyr is not None
+    assert np.abs(log.gyr - TURN[1:]).max() < 0.01

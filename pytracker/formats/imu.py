@@ -3,7 +3,7 @@
 | format | file | reader |
 |---|---|---|
 | csv | plain CSV with a header (design of the recording folder) | `imu_csv` |
-| mt-manager | Xsens MT Manager text export, any columns and delimiter | `mt_manager` |
+| mt-manager | Xsens MT Manager's or DOT's text export, any columns and delimiter | `mt_manager` |
 | mt9-log | Xsens MT9 software logs, acceleration and orientation in two files | `mt9_log` |
 | mat | MATLAB, such as BROAD's | `mat` |
 | mvnx | Xsens MVN's suit, the sensor of one segment | `mvnx` |
@@ -78,7 +78,7 @@ def read_imu(
     if orientation_file is not None and form != "mt9-log":
         raise InputError(f"{path}: orientation_file goes with format mt9-log, but this is {form}")
     readers: dict[str, Callable[[], ImuLog]] = {
-        "csv": lambda: imu_csv.read(path, lines, columns),
+        "csv": lambda: imu_csv.read(path, lines, columns, rate_hz),
         "mt-manager": lambda: mt_manager.read(path, lines, rate_hz),
         "mt9-log": lambda: mt9_log.read(path, lines, orientation_file),
         "mat": lambda: read_mat_imu(path, rate_hz),
@@ -109,7 +109,7 @@ def _lines(path: Path, form: str) -> list[str]:
 
 def _recognise(path: Path, lines: list[str]) -> str:
     first = next(line for line in lines if line.strip())
-    if first.startswith("//") or "PacketCounter" in first:
+    if first.startswith("//") or any("PacketCounter" in line for line in lines[: mt_manager.HEADER_WITHIN]):
         return "mt-manager"
     if is_motion(lines):
         return "phone"

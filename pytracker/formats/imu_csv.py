@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.formats.imu_clock import seconds, without_dates
 from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.imu_names import known_as, of_shimmer
+from pytracker.formats.imu_names import Column, known_as, of_shimmer
 from pytracker.formats.text import parse_table
 
 __all__ = ["Header", "header_of", "read"]
@@ -32,6 +33,9 @@ ORIENTATION_LIKE = re.compile(
 )
 """How others name an orientation; what is not read must not be passed over."""
 MOST_COLUMNS = 1000
+HEADER_WITHIN = 40
+LEAST_KNOWN = 4
+"""A header comes within so many lines, and names so much of a time and three axes."""
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 OURS = {"time_s", *ACC, *GYR, *MAG, *QUATERNION}
 
@@ -54,9 +58,9 @@ class Header:
 
 
 def header_of(lines: list[str]) -> Header:
-    """Of a file's lines; what says `sep=` and blank lines are passed over."""
-    named = (k for k, line in enumerate(lines) if line.strip() and not SEPARATOR.match(line))
-    first = next(named, len(lines) - 1)
+    """Of a file's lines: the first that names a sensor's columns, else the first that is not blank or says `sep=`."""
+    said = [k for k, line in enumerate(lines[:HEADER_WITHIN]) if line.strip() and not SEPARATOR.match(line)]
+    first = next((k for k in said if _names_columns(lines[k])), said[0] if said else len(lines) - 1)
     delimiter = max(",;\t", key=lines[first].count)
     if delimiter == ";":
         # Where semicolons part the cells, a comma is that of a decimal.
@@ -69,59 +73,75 @@ def header_of(lines: list[str]) -> Header:
     return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines)
 
 
-def read(path: Path, lines: list[str], columns: Mapping[str, str] | None = None) -> ImuLog:
-    """From the file's lines; `columns` says what ours are called in the file. Raises `InputError`."""
+def _names_columns(line: str) -> bool:
+    """Whether it is the header, below a logger's own words on the recording."""
+    names = [name.strip().strip('"').lower() for name in re.split("[,;\t]", line)]
+    return sum(name in OURS or known_as(name) is not None for name in names) >= LEAST_KNOWN
+
+
+def read(
+    path: Path, lines: list[str], columns: Mapping[str, str] | None = None, rate_hz: float | None = None
+) -> ImuLog:
+    """From the file's lines. Raises `InputError`.
+
+    `columns` says what ours are called in the file, `rate_hz` how fast rows without a time follow each other.
+    """
     header = header_of(lines)
-    lines, delimiter, first = header.lines, header.delimiter, header.first - 1
-    names, factors = _ours(path, list(header.names), columns or {})
+    names, known = _ours(path, list(header.names), columns or {})
+    _check_names(path, header.first, names, has_rate=rate_hz is not None)
+    lines = header.lines
+    if "time_s" in names:
+        lines = without_dates(path, lines, header.first, header.delimiter, names.index("time_s"))
+    table = parse_table(path, lines, header.first, names, header.delimiter, OURS)
+
+    def scaled(*group: str) -> NDArray[np.float64] | None:
+        values = table.columns(*group)
+        return None if values is None else values * [known[name].factor if name in known else 1.0 for name in group]
+
+    time_s, odd = seconds(table, known.get("time_s"), rate_hz)
+    return ImuLog(
+        path=path,
+        lines=table.lines,
+        time_s=time_s,
+        acc=scaled(*ACC),
+        gyr=scaled(*GYR),
+        mag=scaled(*MAG),
+        q_world_sensor=table.columns(*QUATERNION),
+        warnings=odd,
+    )
+
+
+def _check_names(path: Path, line: int, names: list[str], *, has_rate: bool) -> None:
+    """Whether all that is needed is there, once. Raises `InputError`."""
     if len(names) > MOST_COLUMNS:
-        raise InputError(
-            f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?"
-        )
+        raise InputError(f"{path}:{line}: header has {len(names)} columns, expected a few: are its line ends lost?")
     repeated = sorted(name for name, count in Counter(names).items() if count > 1)
     if repeated:
-        raise InputError(f"{path}:{first + 1}: column {repeated[0]!r} stands more than once, expected each name once")
-    missing = [name for name in ("time_s", *ACC) if name not in names]
+        raise InputError(f"{path}:{line}: column {repeated[0]!r} stands more than once, expected each name once")
+    missing = [name for name in ("time_s", *ACC) if name not in names and not (name == "time_s" and has_rate)]
     if missing:
         raise InputError(
-            f"{path}:{first + 1}: header has no column {', '.join(missing)} (it has {', '.join(names)[:200]}), "
+            f"{path}:{line}: header has no column {', '.join(missing)} (it has {', '.join(names)[:200]}), "
             'expected time_s, acc_x, acc_y, acc_z and any of gyr_*, mag_*, q_*, or columns = { time_s = "...", ... }'
+            + (", or rate_hz for rows without a time" if missing == ["time_s"] else "")
         )
     for group in (GYR, MAG, QUATERNION):
         there = [name for name in group if name in names]
         if there and len(there) < len(group):
             missing = [name for name in group if name not in names]
-            raise InputError(f"{path}:{first + 1}: header has {', '.join(there)} but not {', '.join(missing)}")
+            raise InputError(f"{path}:{line}: header has {', '.join(there)} but not {', '.join(missing)}")
     strange = [name for name in names if name not in QUATERNION and ORIENTATION_LIKE.match(name)]
     if strange and not set(QUATERNION) <= set(names):
         raise InputError(
-            f"{path}:{first + 1}: columns {', '.join(strange)[:200]} look like an orientation, expected it as "
-            "q_w, q_x, q_y, "
-            'q_z (sensor to world, w first): name them by columns = { q_w = "...", ... }, or drop them to have one '
-            "computed from the gyroscope"
+            f"{path}:{line}: columns {', '.join(strange)[:200]} look like an orientation, expected it as "
+            'q_w, q_x, q_y, q_z (sensor to world, w first): name them by columns = { q_w = "...", ... }, or drop them '
+            "to have one computed from the gyroscope"
         )
-    table = parse_table(path, lines, first + 1, names, delimiter, OURS)
-    time_s = table.columns("time_s")
-    assert time_s is not None
-
-    def scaled(*group: str) -> NDArray[np.float64] | None:
-        values = table.columns(*group)
-        return None if values is None else values * np.array([factors.get(name, 1.0) for name in group])
-
-    return ImuLog(
-        path=path,
-        lines=table.lines,
-        time_s=time_s[:, 0] * factors.get("time_s", 1.0),
-        acc=scaled(*ACC),
-        gyr=scaled(*GYR),
-        mag=scaled(*MAG),
-        q_world_sensor=table.columns(*QUATERNION),
-    )
 
 
-def _ours(path: Path, theirs: list[str], columns: Mapping[str, str]) -> tuple[list[str], dict[str, float]]:
-    """The columns' names with ours where they are known, and the factors of those that are in other units."""
-    names, factors = list(theirs), {}
+def _ours(path: Path, theirs: list[str], columns: Mapping[str, str]) -> tuple[list[str], dict[str, Column]]:
+    """The columns' names with ours where they are known, and what those of others say."""
+    names, found = list(theirs), {}
     for ours, name in columns.items():
         if name.lower() not in theirs:
             raise InputError(
@@ -132,5 +152,5 @@ def _ours(path: Path, theirs: list[str], columns: Mapping[str, str]) -> tuple[li
     for k in sorted(range(len(theirs)), key=lambda k: "elapsed" not in theirs[k]):
         known = known_as(theirs[k]) if names[k] == theirs[k] and names[k] not in OURS else None
         if known is not None and known.name not in names:
-            names[k], factors[known.name] = known.name, known.factor
-    return names, factors
+            names[k], found[known.name] = known.name, known
+    return names, found

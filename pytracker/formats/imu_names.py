@@ -1,14 +1,15 @@
-"""What other loggers call the columns of an IMU's CSV, and in which units: phyphox, Sensor Logger, x-io and the like.
+"""What other loggers call the columns of an IMU's CSV, and in which units: phyphox, x-io, Sensor Logger, ROS, EuRoC.
 
-A name is its quantity, its axis and, in brackets, its unit: `Gyroscope x (rad/s)`, `Accelerometer X (g)`, `acc_x[mg]`.
-Orientations by other names are not guessed: the order of their numbers has to be said.
+A name is its quantity, its axis and, in brackets or behind the name, its unit: `Gyroscope x (rad/s)`, `acc_x[mg]`,
+`time_ms`. A quaternion's numbers are known by their letters (`Quat_W`, `qx`, `orientation.z`); where they are numbered
+their order has to be said.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from pytracker.formats.imu_gravity import GRAVITY
 
@@ -17,18 +18,34 @@ __all__ = ["Column", "known_as", "of_shimmer"]
 SHIMMER = re.compile(r".*?(accel_ln|accel_wr|gyro|mag|timestamp(?:sync)?(?:_unix)?)(?:_([xyz]))?_cal")
 """Shimmer's: the device, the sensor, the axis; of two accelerometers the one of low noise and the one of wide range."""
 UNIT = re.compile(r"[\(\[]([^\)\]]*)[\)\]]")
-TIME = {"time", "times", "t", "timestamp", "timestamps", "secondselapsed", "elapsed", "elapsedtime"}
+TIME = re.compile(
+    r"(?:time|timestamp|t|elapsed|elapsedtime|epoch|(?:field)?headerstamp)(s|sec|ms|us|ns)?|(millis|micros)"
+    r"|secondselapsed"
+)
+"""With the unit at its end."""
+NAMED_UNITS = {"millis": "ms", "micros": "us"}
 SENSORS = {
-    "acc": re.compile(r"(acc|accel|acceleration|accelerometer)(x|y|z)"),
-    "gyr": re.compile(r"(gyr|gyro|gyroscope|angularvelocity|angularrate)(x|y|z)"),
-    "mag": re.compile(r"(mag|magn|magnetometer|magneticfield)(x|y|z)"),
+    "acc": re.compile(r"(?:a|acc|accel|acceleration|accelerometer|arss)([xyz])(?:axis)?"),
+    "gyr": re.compile(r"(?:g|w|gyr|gyro|gyroscope|(?:field)?angularvelocity|angularrate|wrss)([xyz])(?:axis)?"),
+    "mag": re.compile(r"(?:m|mag|magn|magnetometer|magneticfield)([xyz])(?:axis)?"),
 }
+"""Such as `ax`, `gx`; EuRoC's `a_RS_S_x`, `w_RS_S_x`; ROS' `angular_velocity.x`; `x-axis` of a sensor's own file."""
+OF_ROS = re.compile(r"(?:field\.)?linear_acceleration\.([xyz])")
+"""With gravity in it. Written otherwise, linear acceleration is that without."""
+G_FORCE = re.compile(r"gf(?:orce)?([xyz])")
+"""Physics Toolbox's, in g; its `ax` is without gravity."""
+QUATERNION = re.compile(r"(?:q|quat|quaternion|rotation|(?:field)?orientation)([wxyz])")
 DEGREES = 0.017453292519943295
 UNITS: dict[str, dict[str, float]] = {
     "time": {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
-    "acc": {"": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0, "ms-2": 1.0, "g": GRAVITY, "mg": 1e-3 * GRAVITY},
+    "q": {"": 1.0},
+    "acc": {
+        "": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0, "ms-2": 1.0, "ms^-2": 1.0,
+        "g": GRAVITY, "mg": 1e-3 * GRAVITY,
+    },
     "gyr": {
-        "": 1.0, "rad/s": 1.0, "rads-1": 1.0, "deg/s": DEGREES, "°/s": DEGREES, "dps": DEGREES, "mdps": 1e-3 * DEGREES,
+        "": 1.0, "rad/s": 1.0, "rads-1": 1.0, "rads^-1": 1.0,
+        "deg/s": DEGREES, "°/s": DEGREES, "dps": DEGREES, "mdps": 1e-3 * DEGREES,
     },
 }  # fmt: skip
 
@@ -40,10 +57,12 @@ class Column:
     Attributes:
         name: `time_s`, `acc_x` and so on.
         factor: of its numbers, to our units.
+        has_unit: whether its name says one.
     """
 
     name: str
     factor: float
+    has_unit: bool = field(default=False, compare=False)
 
 
 def of_shimmer(names: Sequence[str], units: Sequence[str]) -> list[str]:
@@ -65,12 +84,21 @@ def known_as(header: str) -> Column | None:
     """What a column of this name is; None where it is not known, or its unit is not."""
     found = UNIT.search(header)
     unit = "" if found is None else found[1].strip().lower().replace(" ", "")
-    base = re.sub(r"[\s_.\-]+", "", UNIT.sub("", header).lower())
-    if base in TIME:
-        return _in_unit("time", "time_s", unit)
+    words = UNIT.sub("", header).lower().strip('"#% ')
+    base = re.sub(r"[\s_.\-/]+", "", words)
+    if time := TIME.fullmatch(base):
+        # Several times are not yet seconds.
+        said = "" if time[1] == "s" and not words.endswith(("_s", " s", ".s", "-s")) else time[1]
+        return _in_unit("time", "time_s", unit or said or NAMED_UNITS.get(time[2] or "", ""))
+    if turn := QUATERNION.fullmatch(base):
+        return _in_unit("q", f"q_{turn[1]}", unit)
+    if force := G_FORCE.fullmatch(base):
+        return Column(f"acc_{force[1]}", GRAVITY, has_unit=True)
+    if of_ros := OF_ROS.fullmatch(words):
+        return _in_unit("acc", f"acc_{of_ros[1]}", unit)
     for sensor, pattern in SENSORS.items():
         if match := pattern.fullmatch(base):
-            return _in_unit(sensor, f"{sensor}_{match[2]}", unit)
+            return _in_unit(sensor, f"{sensor}_{match[1]}", unit)
     return None
 
 
@@ -79,4 +107,4 @@ def _in_unit(quantity: str, name: str, unit: str) -> Column | None:
     # A magnetic field may be in any unit.
     if units is None:
         return Column(name, 1.0)
-    return Column(name, units[unit]) if unit in units else None
+    return Column(name, units[unit], has_unit=bool(unit)) if unit in units else None

@@ -33,10 +33,12 @@ GYROSCOPE = ("gyroscope", "gyroscoperotationrate", "gyro")
 MAGNETOMETER = ("magnetometer", "magneticfield")
 WATCH = "wristmotion"
 METADATA = "metadata"
+FILES = {WATCH, METADATA, *TOTAL, *LINEAR, *OF_GRAVITY, *GYROSCOPE, *MAGNETOMETER}
 PHYPHOX = "meta"
 """The folder in which phyphox says of itself; it counts as Android does on any phone."""
 MOTION = re.compile(r"(useracceleration|useracc|acceleration|acc|gravity|rotationrate)(x|y|z)")
-"""Columns of Core Motion, by whatever app."""
+"""Columns of Core Motion, by whatever app; SensorLog writes `motion` before each and its unit in brackets."""
+MOTION_TIME = ("secondselapsed", "time", "times", "relativetime", "timestampsincereboot")
 HEADER_LINES = 10
 """A header comes within these."""
 LEAST_GRAVITY = 0.5
@@ -65,12 +67,19 @@ def files_of_phone(folder: Path) -> dict[str, Path]:
     """What a phone's folder has that is read, by name in small letters. Raises `InputError` for two of one name."""
     found: dict[str, Path] = {}
     for path in sorted(folder.glob("*.[cC][sS][vV]")):
-        name = re.sub("[^a-z]", "", path.stem.lower())
+        name = _sensor_of(path.stem)
         if name in found:
             raise InputError(f"{folder}: has {found[name].name} and {path.name}, expected one of them: one recording")
-        if name in (WATCH, METADATA, *TOTAL, *LINEAR, *OF_GRAVITY, *GYROSCOPE, *MAGNETOMETER):
+        if name in FILES:
             found[name] = path
     return found
+
+
+def _sensor_of(stem: str) -> str:
+    """What a file's name says: `Gyroscope`, or MetaWear's `MetaWear_2024-05-01_C8_Gyroscope_100.000Hz_1.7.2`."""
+    plain = re.sub("[^a-z]", "", stem.lower())
+    words = [word for word in stem.lower().split("_") if word in FILES]
+    return words[0] if plain not in FILES and len(words) == 1 else plain
 
 
 def read_phone(folder: Path) -> ImuLog:
@@ -97,8 +106,7 @@ def read_phone(folder: Path) -> ImuLog:
 
 def is_motion(lines: list[str]) -> bool:
     """Whether the columns are Core Motion's: acceleration without gravity, gravity, rotation rate."""
-    names = {re.sub("[^a-z]", "", name) for name in header_of(lines[:HEADER_LINES]).names}
-    return {"gravityx", "rotationratex"} <= names
+    return {"gravity_x", "gyr_x"} <= {_motion_name(name) for name in header_of(lines[:HEADER_LINES]).names}
 
 
 def read_motion(path: Path, lines: list[str]) -> ImuLog:
@@ -135,11 +143,11 @@ def read_motion(path: Path, lines: list[str]) -> ImuLog:
 
 def _motion_name(name: str) -> str:
     """`acc_x`, `gravity_x`, `gyr_x`, `time_s`; others as they are."""
-    plain = re.sub(r"[^a-z]", "", name.lower())
+    plain = re.sub(r"\(.*?\)|[^a-z]", "", name.lower()).removeprefix("motion")
     if match := MOTION.fullmatch(plain):
         group = {"gravity": "gravity", "rotationrate": "gyr"}.get(match[1], "acc")
         return f"{group}_{match[2]}"
-    return "time_s" if plain in ("secondselapsed", "times", "relativetime") else name
+    return "time_s" if plain in MOTION_TIME else name
 
 
 @dataclass(frozen=True)

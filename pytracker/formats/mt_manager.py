@@ -1,8 +1,10 @@
-"""Xsens MT Manager text exports: `//` comments, one header, whatever columns were ticked.
+"""Xsens' text exports, of MT Manager and of DOT: what is said of the file, one header, whatever columns were ticked.
 
-Delimited by tab, comma, semicolon or space; acceleration in m/s² with gravity, turn rate in rad/s, orientation
-(sensor to a z-up earth frame) as quaternion w first, matrix written column by column, or Euler angles in degrees.
-A sample's time is its packet counter, which wraps at 65535, over the rate; packets that were lost leave a gap.
+MT Manager says it in `//` comments, DOT in lines such as `OutputRate:,60Hz`. Delimited by tab, comma, semicolon or
+space; acceleration in m/s² with gravity, or free of it in the earth frame; turn rate in rad/s (DOT: degrees per
+second); orientation (sensor to a z-up earth frame) as quaternion w first, matrix written column by column, or Euler
+angles in degrees. A sample's time is its clock, or its packet counter, which wraps at 65535, over the rate; packets
+that were lost leave a gap.
 """
 
 from __future__ import annotations
@@ -14,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import Table, parse_table
-from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion
+from pytracker.rotation import conjugate, euler_to_quaternion, matrix_to_quaternion, rotate
 
 __all__ = ["read"]
 
@@ -25,6 +28,8 @@ Float = NDArray[np.float64]
 COUNTER = "PacketCounter"
 FINE = "SampleTimeFine"
 ACC = ("Acc_X", "Acc_Y", "Acc_Z")
+FREE_ACC = (("FreeAcc_E", "FreeAcc_N", "FreeAcc_U"), ("FreeAcc_X", "FreeAcc_Y", "FreeAcc_Z"))
+"""Free of gravity and in the earth frame, as newer and older versions name it."""
 GYR = ("Gyr_X", "Gyr_Y", "Gyr_Z")
 MAG = ("Mag_X", "Mag_Y", "Mag_Z")
 QUATERNION = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
@@ -33,7 +38,15 @@ QUATERNION_DOT = ("Quat_W", "Quat_X", "Quat_Y", "Quat_Z")
 MATRIX = tuple(f"Mat[{row}][{column}]" for column in (1, 2, 3) for row in (1, 2, 3))
 EULER = ("Roll", "Pitch", "Yaw")
 EULER_DOT = ("Euler_X", "Euler_Y", "Euler_Z")
+KNOWN = {
+    COUNTER, FINE, *ACC, *FREE_ACC[0], *FREE_ACC[1], *GYR, *MAG, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER,
+    *EULER_DOT,
+}  # fmt: skip
 MOST_COLUMNS = 1000
+HEADER_WITHIN = 40
+"""A header comes within so many lines."""
+OF_DOT = re.compile(r"(?i)\"?(sep=|DeviceTag:|OutputRate:)")
+"""What begins a line of a DOT's before its header."""
 
 ORIENTATION_LIKE = re.compile(r"(?i)(quat|mat\[|roll|pitch|yaw|euler)")
 
@@ -45,40 +58,61 @@ RATE_RANGE_HZ = (10.0, 3000.0)
 
 def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
     """From the file's lines; `rate_hz` where the file does not say it. Raises `InputError`."""
-    first = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("//")), None)
-    if first is None:
-        raise InputError(f"{path}: has comments but no header, expected a line that names the columns")
-    header = lines[first].rstrip()
-    delimiter = max("\t,; ", key=header.count)
-    names = [name.strip() for name in header.split(delimiter)]
-    if names[-1] == "":
-        names = names[:-1]
-    if len(names) > MOST_COLUMNS:
-        raise InputError(
-            f"{path}:{first + 1}: header has {len(names)} columns, expected a few: are its line ends lost?"
-        )
-    wanted = {COUNTER, FINE, *ACC, *GYR, *MAG, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER, *EULER_DOT}
-    if not wanted & set(names):
-        raise InputError(
-            f"{path}:{first + 1}: header {header[:80]!r} names no known column, expected Acc_X, Quat_q0 ..."
-        )
-    table = parse_table(path, lines, first + 1, names, delimiter, wanted)
+    first, delimiter, names = _header(path, lines)
+    table = parse_table(path, lines, first + 1, names, delimiter, KNOWN)
     rate = rate_hz if rate_hz is not None else _stated_rate(path, lines[:first])
     # Times come before the lost samples go: without a counter it is the rows that count.
     time_s = _times(table, rate)
     kept, warnings = _lost_samples(table)
     table = table.without(~kept)
+    q, gyr = _orientation(table), table.columns(*GYR)
+    is_dot = any(OF_DOT.match(line) for line in lines[:first])
+    acc, put_back = _acceleration(table, q)
     return ImuLog(
         path=path,
         lines=table.lines,
         time_s=time_s[kept],
-        acc=table.columns(*ACC),
-        gyr=table.columns(*GYR),
+        acc=acc,
+        gyr=np.deg2rad(gyr) if is_dot and gyr is not None else gyr,
         mag=table.columns(*MAG),
-        q_world_sensor=_orientation(table),
+        q_world_sensor=q,
         rate_hz=rate,
-        warnings=warnings,
+        warnings=(*warnings, *put_back),
     )
+
+
+def _header(path: Path, lines: list[str]) -> tuple[int, str, list[str]]:
+    """Where the header is, what parts its cells, and their names. Raises `InputError`."""
+    said = [k for k, line in enumerate(lines) if line.strip() and not line.startswith("//")]
+    if not said:
+        raise InputError(f"{path}: has comments but no header, expected a line that names the columns")
+    for k in said[:HEADER_WITHIN]:
+        header = lines[k].rstrip()
+        delimiter = max("\t,; ", key=header.count)
+        names = [name.strip().strip('"') for name in header.split(delimiter)]
+        if len(names) > MOST_COLUMNS:
+            raise InputError(
+                f"{path}:{k + 1}: header has {len(names)} columns, expected a few: are its line ends lost?"
+            )
+        if KNOWN & set(names):
+            return k, delimiter, names if names[-1] else names[:-1]
+    raise InputError(
+        f"{path}:{said[0] + 1}: header {lines[said[0]].rstrip()[:80]!r} names no known column, expected Acc_X, "
+        "Quat_q0 ..."
+    )
+
+
+def _acceleration(table: Table, q_world_sensor: Float | None) -> tuple[Float | None, tuple[str, ...]]:
+    """Specific force `(M, 3)`; where gravity was taken off it is put back by the orientation, and that is said."""
+    acc = table.columns(*ACC)
+    free = next((found for names in FREE_ACC if (found := table.columns(*names)) is not None), None)
+    if acc is not None or free is None or q_world_sensor is None:
+        return acc, ()
+    words = (
+        f"{table.path}: its acceleration is free of gravity, which is put back by its orientation: nothing checks one "
+        "by the other. Export Acc beside it where you can"
+    )
+    return rotate(conjugate(q_world_sensor), free + np.array([0.0, 0.0, GRAVITY])), (words,)
 
 
 def _orientation(table: Table) -> Float | None:
@@ -114,7 +148,8 @@ def _orientation(table: Table) -> Float | None:
 
 def _lost_samples(table: Table) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Rows to keep: MT Manager writes NaN or nothing where a packet held no reading."""
-    readings = (*ACC, *GYR, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER, *EULER_DOT)
+    free = () if ACC[0] in table.names else (*FREE_ACC[0], *FREE_ACC[1])
+    readings = (*ACC, *free, *GYR, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER, *EULER_DOT)
     columns = [name for name in readings if name in table.names]
     values = table.columns(*columns)
     if values is None or not columns:
@@ -134,9 +169,9 @@ def _lost_samples(table: Table) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
 
 
 def _stated_rate(path: Path, comments: list[str]) -> float | None:
-    """`// Update Rate: 100.0Hz`, which only old versions write."""
+    """`// Update Rate: 100.0Hz`, which only old versions write; `OutputRate:,60Hz` of a DOT."""
     for number, line in enumerate(comments, start=1):
-        found = re.match(r"//\s*Update Rate:\s*(.*?)\s*(Hz)?\s*$", line, re.IGNORECASE)
+        found = re.match(r"(?://\s*Update Rate:|OutputRate:,?)\s*(.*?)\s*(Hz)?[\s,]*$", line, re.IGNORECASE)
         if found:
             try:
                 rate = float(found[1])

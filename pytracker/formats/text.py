@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -108,7 +109,7 @@ def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:
 
     Where spaces delimit and empty cells have run together, the missing ones are taken to stand after the first.
     """
-    cells = line.split(delimiter)
+    cells = next(csv.reader([line], delimiter=delimiter)) if '"' in line else line.split(delimiter)
     if len(cells) == expected + 1 and not cells[-1].strip():
         cells = cells[:-1]
     if delimiter == " " and len(cells) != expected:
