@@ -104,6 +104,19 @@ grid = { particles = [5, 10] }
 """
 
 
+SPORTS2D = (
+    "PathFileType\t4\t(X/Y/Z)\tclip_px_person00.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\n"
+    "30\t30\t2\t2\tm\t30\nFrame#\tTime\tLWrist\t\t\tRWrist\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
+    "0\t0.0\t100\t200\t0\t300\t200\t0\n1\t0.0333\t101\t200\t0\t\t\t\n"
+)
+DOT = (
+    "sep=,\nDeviceTag:,Xsens DOT 1\nOutputRate:,100Hz\n\nPacketCounter,SampleTimeFine,Quat_W,Quat_X,Quat_Y,Quat_Z,"
+    "FreeAcc_X,FreeAcc_Y,FreeAcc_Z,Gyr_X,Gyr_Y,Gyr_Z,Status\n"
+    + "".join(f"{k},{10000 * k},1,0,0,0,0.1,0.2,0.0,1,2,3,0\n" for k in range(20))
+)
+DATES = "A. Logger\ntime,acc_x,acc_y,acc_z,qw,qx,qy,qz\n" + "".join(
+    f"2024-05-01 12:00:00.{k:02d},0.1,0.2,9.8,1,0,0,0\n" for k in range(20)
+)
 PHYPHOX = (
     '"Time (s)";"Acceleration x (m/s^2)";"Acceleration y (m/s^2)";"Acceleration z (m/s^2)";"Gyroscope x (rad/s)";'
     '"Gyroscope y (rad/s)";"Gyroscope z (rad/s)"\n'
@@ -219,6 +232,9 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ("body/recording.toml", (body / "recording.toml").read_bytes(), read_recording_file),
         ("study.toml", study, pt.read_study),
         ("truth.trc", SMALL_TRC.encode(), read_trc),
+        ("keypoints.trc", SPORTS2D.encode(), keypoints),
+        ("dot.csv", DOT.encode(), imu_log),
+        ("dates.csv", DATES.encode(), imu_log),
         ("keypoints.csv", b"left_wrist_x,left_wrist_y\n1,2\n3,4\n5,6\n", keypoints),
         (
             "coco.json",

@@ -100,6 +100,45 @@ def test_tables_are_read_by_the_names_of_their_columns(tmp_path: Path) -> None:
     assert np.allclose(found.points[:, 0, 1, :2], place("left_shoulder"))
 
 
+def test_cocos_annotations_are_of_the_frames_that_their_files_name(tmp_path: Path) -> None:
+    """A data set numbers its pictures anyhow."""
+    images = [{"id": 9000 - k, "file_name": f"clip/frame_{k:04d}.png"} for k in range(3)]
+    annotations = [{"image_id": 9000 - k, "keypoints": person("coco_17")} for k in range(3)]
+    path = tmp_path / "coco.json"
+    path.write_text(json.dumps({"images": images, "annotations": annotations}), "utf-8")
+    keypoints = read_keypoints(path)
+    is_right(keypoints)
+    assert keypoints.frames.tolist() == [0, 1, 2]
+
+
+def sports2d(path: Path, scale: float = 1.0) -> Path:
+    """As Sports2D writes what it saw: its unit says m, whatever it is."""
+    names = {"Hip": "hip", "RWrist": "right_wrist", "LWrist": "left_wrist", "Head": "head_top", "Nose": "head"}
+    for side, of in (("R", "right"), ("L", "left")):
+        names |= {f"{side}{joint.title()}": f"{of}_{joint}" for joint in ("shoulder", "elbow", "hip")}
+    lines = [
+        "PathFileType\t4\t(X/Y/Z)\tclip_px_person00.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"30\t30\t3\t{len(names)}\tm\t30\t0\t3",
+        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
+        "\t\t" + "\t".join(f"X{k + 1}\tY{k + 1}\tZ{k + 1}" for k in range(len(names))),
+        "",
+    ]
+    for k in range(3):
+        cells = [f"{scale * v}" for joint in names.values() for v in (*place(joint), 0.0)]
+        lines.append("\t".join([str(k + 12), f"{(k + 12) / 30:.6f}", *cells]))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_sports2d_in_pixels(tmp_path: Path) -> None:
+    keypoints = read_keypoints(sports2d(tmp_path / "clip_px_person00.trc"))
+    is_right(keypoints)
+    assert keypoints.time_s == pytest.approx(np.array([12, 13, 14]) / 30, abs=1e-6)
+    with pytest.raises(pt.InputError, match=r"clip_m_person00.trc: is in metres, expected pixels"):
+        read_keypoints(sports2d(tmp_path / "clip_m_person00.trc", 1e-3))
+
+
 @pytest.mark.parametrize(
     ("words", "expected"),
     [("LShoulder", "left_shoulder"), ("R.Wrist", "right_wrist"), ("shoulder_left", "left_shoulder"), ("Nose", "nose"),
@@ -128,7 +167,7 @@ def write(path: Path, text: str) -> Path:
         (lambda p: write(p / "a.json", '[{"image_id": 1.5, "keypoints": []}]'), "a frame is '1.5', expected a frame"),
         (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2]}]'), "expected x, y and confidence"),
         (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 1e999]}]'), "keypoints hold inf"),
-        (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 3]}]'), "have 1 keypoints, expected 17"),
+        (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 3]}]'), "have 1 keypoints, expected 9"),
         (lambda p: write(p / "a.json", '{"instance_info": [{"instances": [{}]}]}'), "a frame has no instances"),
         (lambda p: openpose(p / "kp", []), "nobody is seen in any of 3 frames"),
         (lambda p: openpose(p / "kp", [person("coco_17"), person("body_25")]), r"people have \[17, 25\] keypoints"),

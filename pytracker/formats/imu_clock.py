@@ -19,7 +19,8 @@ UNITS_S = ((0.2, 1.0), (200.0, 1e-3), (2e5, 1e-6), (np.inf, 1e-9))
 more than five in a millisecond."""
 CALLED = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
 DATE = re.compile(r"\d{4}-\d\d-\d\d[ T]")
-ZONE = re.compile(r"\s*(Z|[+-]\d\d:?\d\d)$")
+DATE_AND_TIME = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,6})?)\d*\s*(?:Z|[+-]\d\d:?\d\d)?")
+"""To the microsecond; one recording is in one zone."""
 
 
 def without_dates(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str]:
@@ -36,8 +37,9 @@ def without_dates(path: Path, lines: list[str], first: int, delimiter: str, cloc
             if begin is None and cell:
                 return lines
             continue
+        said = DATE_AND_TIME.fullmatch(cell)
         try:
-            at = np.datetime64(ZONE.sub("", cell)[:29], "ns")
+            at = np.datetime64(said[1] if said else "none", "us")
         except ValueError:
             raise InputError(f"{path}:{k + 1}: time is {cell[:40]!r}, expected a date and time, or seconds") from None
         begin = at if begin is None else begin

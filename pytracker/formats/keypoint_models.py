@@ -36,6 +36,11 @@ MODELS: dict[str, tuple[str, ...]] = {
     "body_25b": (*COCO, "neck", "head_top", *FEET),
     "coco_18": ("nose", "neck", *RIGHT_ARM, *LEFT_ARM, *RIGHT_LEG, *LEFT_LEG, *OPENPOSE_FACE),
     "coco_133": (*COCO, *FEET, *(f"other_{k}" for k in range(110))),
+    "blazepose_33": (
+        "nose", *(f"{side}_eye{part}" for side in ("left", "right") for part in ("_inner", "", "_outer")),
+        *_pairs("ear", "mouth", "shoulder", "elbow", "wrist", "pinky", "index", "thumb", "hip", "knee", "ankle", "heel",
+                "foot_index"),
+    ),
     "ours": ("head", *_pairs("shoulder", "elbow", "wrist", "hip")),
 }  # fmt: skip
 """By the name that `keypoint_model` knows them by."""
@@ -64,9 +69,9 @@ def model_of(path: Path, model: str, count: int, people: Sequence[Array]) -> tup
         return MODELS[model]
     fitting = [name for name, order in MODELS.items() if len(order) == count]
     if not fitting:
+        known = ", ".join(str(k) for k in sorted({len(order) for order in MODELS.values()}))
         raise InputError(
-            f"{path}: people have {count} keypoints, expected 17, 18, 25, 26 or 133 "
-            f"(keypoint_model: {', '.join(MODELS)})"
+            f"{path}: people have {count} keypoints, expected {known} (keypoint_model: {', '.join(MODELS)})"
         )
     if len(fitting) == 1:
         return MODELS[fitting[0]]

@@ -7,6 +7,7 @@ Five header lines: file type; keys; values (rate, units); marker names, three ta
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,51 +15,80 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.formats.qualisys import Markers
 from pytracker.formats.text import number, read_lines
+from pytracker.rotation import Array
 
-__all__ = ["read_trc"]
+__all__ = ["read_trc", "read_trc_pixels"]
 
 UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0}
+
+
+@dataclass(frozen=True)
+class _Trajectories:
+    """What a file holds: its unit, frames a second, times `(T,)` and coordinates by name `(T, 3)`, NaN where empty."""
+
+    unit: str
+    rate_hz: float
+    time_s: Array
+    points: dict[str, Array]
 
 
 def read_trc(path: Path | str) -> Markers:
     """Read it. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
+    found = _trajectories(path)
+    if found.unit not in UNITS_M:
+        raise InputError(f"{path}:3: Units is {found.unit!r}, expected one of: {', '.join(UNITS_M)}")
+    positions = {name: points * UNITS_M[found.unit] for name, points in found.points.items()}
+    gaps = {name: int(np.isnan(points[:, 0]).sum()) for name, points in positions.items()}
+    return Markers(found.time_s, positions, gaps, found.rate_hz if found.rate_hz > 0 else None)
+
+
+def read_trc_pixels(path: Path | str) -> tuple[Array, dict[str, Array]]:
+    """Times `(T,)`, s, and u, v of every point `(T, 2)`, px, of a file in pixels, whatever its unit says.
+
+    Raises `InputError` naming line, value and expectation.
+    """
+    found = _trajectories(Path(path))
+    return found.time_s, {name: points[:, :2] for name, points in found.points.items()}
+
+
+def _trajectories(path: Path) -> _Trajectories:
     lines = read_lines(path)
     if len(lines) < 5 or not lines[0].startswith("PathFileType"):
         raise InputError(
             f"{path}:1: starts with {lines[0][:40]!r}, expected PathFileType and five header lines of a TRC"
         )
     header = dict(zip(lines[1].split(), lines[2].split(), strict=False))
-    unit = header.get("Units", "")
-    if unit not in UNITS_M:
-        raise InputError(f"{path}:3: Units is {unit!r}, expected one of: {', '.join(UNITS_M)}")
     rate_hz = number(header.get("DataRate", ""), path, 3, "DataRate")
     names = _names(path, lines[3])
-    expected = 2 + 3 * len(names)
+    table = _table(path, lines, 2 + 3 * len(names))
+    points = {}
+    for k, name in enumerate(names):
+        points[name] = table[:, 2 + 3 * k : 5 + 3 * k]
+        points[name][np.isnan(points[name]).any(axis=1)] = np.nan
+    return _Trajectories(header.get("Units", ""), rate_hz, table[:, 1], points)
+
+
+def _table(path: Path, lines: list[str], width: int) -> Array:
+    """Rows of numbers `(T, width)`, their times increasing."""
     rows, at = [], []
     for k in range(5, len(lines)):
         cells = lines[k].rstrip("\t").split("\t") if lines[k].strip() else []
         if not cells:
             continue
-        if len(cells) > expected:
-            raise InputError(f"{path}:{k + 1}: row has {len(cells)} cells, expected {expected}")
-        cells += [""] * (expected - len(cells))
+        if len(cells) > width:
+            raise InputError(f"{path}:{k + 1}: row has {len(cells)} cells, expected {width}")
+        cells += [""] * (width - len(cells))
         rows.append([number(cell, path, k + 1, "a coordinate") for cell in cells])
         at.append(k + 1)
     if not rows:
         raise InputError(f"{path}: has a header but no rows, expected at least one frame")
     table = np.array(rows)
-    time_s = table[:, 1]
-    back = np.flatnonzero(~(np.diff(time_s) > 0))
-    if back.size or not math.isfinite(time_s[0]):
+    back = np.flatnonzero(~(np.diff(table[:, 1]) > 0))
+    if back.size or not math.isfinite(table[0, 1]):
         k = int(back[0]) + 1 if back.size else 0
-        raise InputError(f"{path}:{at[k]}: Time is {time_s[k]}, expected increasing times")
-    positions, gaps = {}, {}
-    for k, name in enumerate(names):
-        points = table[:, 2 + 3 * k : 5 + 3 * k] * UNITS_M[unit]
-        points[np.isnan(points).any(axis=1)] = np.nan
-        positions[name], gaps[name] = points, int(np.isnan(points[:, 0]).sum())
-    return Markers(time_s, positions, gaps, rate_hz if rate_hz > 0 else None)
+        raise InputError(f"{path}:{at[k]}: Time is {table[k, 1]}, expected increasing times")
+    return table
 
 
 def _names(path: Path, line: str) -> list[str]:

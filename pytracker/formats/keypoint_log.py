@@ -1,0 +1,62 @@
+"""One kind of keypoints for every file format."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import KEYPOINTS, InputError
+from pytracker.rotation import Array
+
+__all__ = ["Keypoints", "in_range", "ours"]
+
+MOST_PX = 1e6
+
+
+@dataclass(frozen=True, eq=False)
+class Keypoints:
+    """What a detector found.
+
+    Attributes:
+        frames: video frame of every row, increasing `(T,)`.
+        points: of each person u, v and confidence `(T, P, 9, 3)`, in the order of `KEYPOINTS`; px, pixel centres at
+            integers, or shares of the picture; NaN where a joint was not seen.
+        is_share: whether u and v are shares of the picture's width and height.
+        time_s: time of every row since the video began `(T,)`, s; None where the file has none, or counts frames.
+    """
+
+    frames: NDArray[np.int64]
+    points: Array
+    is_share: bool = False
+    time_s: Array | None = None
+
+
+def in_range(path: Path, found: Array) -> Array:
+    """The same. Raises `InputError` for what no picture holds."""
+    far = np.abs(found) > MOST_PX
+    if far.any():
+        raise InputError(f"{path}: keypoints hold {found[far][0]:g}, expected pixels within ±{MOST_PX:g}")
+    return found
+
+
+def ours(person: Array, order: Sequence[str]) -> Array:
+    """The joints of `KEYPOINTS` `(9, 3)`; a head is the middle of both ears, else the nose."""
+    found = {name: person[k] for k, name in enumerate(order)}
+    out = np.full((len(KEYPOINTS), 3), np.nan)
+    for k, name in enumerate(KEYPOINTS):
+        if name in found:
+            out[k] = found[name]
+    ears = [found[ear] for ear in ("left_ear", "right_ear") if ear in found]
+    seen = [ear for ear in ears if ear[2] > 0 and np.isfinite(ear).all()]
+    if len(seen) == 2:
+        out[0] = np.mean(seen, axis=0)
+    elif "head" not in found and "nose" in found:
+        out[0] = found["nose"]
+    # What was not found is written as zero, or with no confidence.
+    none = ~(out[:, 2] > 0) | ((out[:, 0] == 0) & (out[:, 1] == 0)) | ~np.isfinite(out).all(axis=1)
+    out[none] = np.nan
+    return out

@@ -1,0 +1,128 @@
+"""Keypoints as JSON: a folder of OpenPose's with a file a frame, or one file of COCO's, AlphaPose's or MMPose's."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import KEYPOINTS, InputError
+from pytracker.formats.keypoint_log import Keypoints, in_range, ours
+from pytracker.formats.keypoint_models import model_of
+from pytracker.rotation import Array
+
+__all__ = ["read_folder", "read_json"]
+
+MOST_PEOPLE = 64
+"""More people in a frame are noise."""
+MOST_FRAMES = 10_000_000
+
+
+def _parsed(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path}: is not JSON: {str(error)[:200] or 'too deep'}") from None
+
+
+def read_folder(path: Path, model: str) -> Keypoints:
+    """One file a frame, numbered in its name. Raises `InputError`."""
+    files = sorted(path.glob("*.json"))
+    if not files:
+        raise InputError(f"{path}: holds no .json file, expected one a frame")
+    rows: dict[int, list[Array]] = {}
+    for file in files:
+        digits = re.findall(r"\d+", re.sub(r"_keypoints$", "", file.stem))
+        if not digits or int(digits[-1]) > MOST_FRAMES:
+            raise InputError(f"{file}: its name ends in no frame number, expected such as frame_000000000012.json")
+        frame = int(digits[-1])
+        if frame in rows:
+            raise InputError(f"{file}: is a second file of frame {frame}, expected one a frame: is it another clip's?")
+        data = _parsed(file)
+        people = data.get("people") if isinstance(data, dict) else None
+        if not isinstance(people, list):
+            raise InputError(f"{file}: has no list of people, expected OpenPose's JSON")
+        rows[frame] = [_flat(file, person.get("pose_keypoints_2d")) for person in people if isinstance(person, dict)]
+    return _ordered(path, rows, model)
+
+
+def read_json(path: Path, model: str) -> Keypoints:
+    """One file. Raises `InputError`."""
+    data = _parsed(path)
+    rows: dict[int, list[Array]] = {}
+    if isinstance(data, dict) and isinstance(data.get("instance_info"), list):
+        for k, frame in enumerate(data["instance_info"]):
+            found = [
+                _flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
+                for one in _records(path, frame, "instances")
+            ]
+            rows[_whole(path, frame.get("frame_id", k))] = found
+        return _ordered(path, rows, model)
+    files: dict[str, Any] = {}
+    if isinstance(data, dict):
+        # COCO numbers its pictures anyhow: their files' names say which frame they are.
+        images = data.get("images")
+        for one in images if isinstance(images, list) else []:
+            if isinstance(one, dict) and "file_name" in one:
+                files[str(one.get("id"))] = one["file_name"]
+        data = data.get("annotations")
+    if not isinstance(data, list):
+        raise InputError(f"{path}: is neither MMPose's nor COCO's nor AlphaPose's JSON, expected one of them")
+    for one in data:
+        if not isinstance(one, dict) or "image_id" not in one:
+            raise InputError(f"{path}: an entry has no image_id, expected one and keypoints")
+        frame = files.get(str(one["image_id"])[:200], one["image_id"])
+        rows.setdefault(_whole(path, frame), []).append(_flat(path, one.get("keypoints")))
+    return _ordered(path, rows, model)
+
+
+def _records(path: Path, frame: Any, key: str) -> list[Any]:
+    found = frame.get(key) if isinstance(frame, dict) else None
+    usable = isinstance(found, list) and all(
+        isinstance(one, dict)
+        and isinstance(one.get("keypoints"), list)
+        and isinstance(one.get("keypoint_scores"), list)
+        and len(one["keypoints"]) == len(one["keypoint_scores"])
+        and all(isinstance(xy, list) for xy in one["keypoints"])
+        for one in found
+    )
+    if not usable or not isinstance(found, list):
+        raise InputError(f"{path}: a frame has no {key} with keypoints and as many keypoint_scores, expected MMPose's")
+    return found
+
+
+def _whole(path: Path, value: Any) -> int:
+    """The frame that `12`, `"12"` or `"000012.jpg"` means."""
+    digits = re.findall(r"\d+", str(value)[:200])
+    if not digits or isinstance(value, float) or int(digits[-1]) > MOST_FRAMES:
+        raise InputError(f"{path}: a frame is {str(value)[:40]!r}, expected a frame number")
+    return int(digits[-1])
+
+
+def _flat(path: Path, values: Any) -> Array:
+    """x, y, confidence of one person `(K, 3)`."""
+    try:
+        found = np.array(values, dtype=np.float64).reshape(-1, 3)
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"{path}: keypoints are {str(values)[:60]}, expected x, y and confidence of each") from None
+    return in_range(path, found)
+
+
+def _ordered(path: Path, rows: dict[int, list[Array]], model: str) -> Keypoints:
+    """Frames in order, joints as ours."""
+    counts = {len(person) for people in rows.values() for person in people}
+    if not counts:
+        raise InputError(f"{path}: nobody is seen in any of {len(rows)} frames, expected keypoints of a person")
+    if len(counts) > 1:
+        raise InputError(f"{path}: people have {sorted(counts)} keypoints, expected the same of each")
+    order = model_of(path, model, counts.pop(), [person for people in rows.values() for person in people])
+    frames = sorted(rows)
+    people = min(MOST_PEOPLE, max(len(rows[frame]) for frame in frames))
+    points = np.full((len(frames), people, len(KEYPOINTS), 3), np.nan)
+    for row, frame in enumerate(frames):
+        for p, person in enumerate(rows[frame][:people]):
+            points[row, p] = ours(person, order)
+    return Keypoints(np.array(frames), points)
