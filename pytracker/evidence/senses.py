@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 
+from pytracker.evidence.complexion import gains_of_face
 from pytracker.evidence.keypoints import PointsEvidence, with_spreads
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
+from pytracker.evidence.silhouette import (
+    BodyEvidence,
+    Silhouette,
+    SilhouetteParameters,
+    median_background,
+    read_background,
+)
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
@@ -41,6 +48,9 @@ def senses_of(recording: BodyRecording) -> Senses:
     view = recording.view
     if view.video is None:
         return Senses(recording, None)
-    root = recording.skeleton.joints(recording.initial[None])["root"]
+    joints = recording.skeleton.joints(recording.initial[None])
     background = read_background(view.background) if view.background else median_background(frames(view.video))
-    return Senses(recording, Silhouette(background, float(view.camera.px_per_m(root)[0])))
+    px_per_m = float(view.camera.px_per_m(joints["root"])[0])
+    first, head = next(frames(view.video)).image, view.camera.project(joints["head"])[0]
+    parameters = SilhouetteParameters(gains=gains_of_face(first, head, px_per_m))
+    return Senses(recording, Silhouette(background, px_per_m, parameters))

@@ -40,6 +40,8 @@ class SilhouetteParameters:
     """Every threshold. Areas are in square metres at the person, so that they hold for any camera.
 
     Attributes:
+        gains: of blue, green and red, before anything else is done: of a camera that took another light for white, and
+            where it is dim (`complexion`).
         colour: whether the background is subtracted in colour (largest channel) or in grey (paper Fig. 3).
         foreground_level: difference from the background, of 255, from which a pixel is foreground.
         region_chroma: difference of Cr or Cb from which a pixel may belong to the region of skin: arms before a wall as
@@ -66,6 +68,7 @@ class SilhouetteParameters:
         hand_m: length of a hand.
     """
 
+    gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
     colour: bool = True
     foreground_level: int = 26
     region_chroma: int = 12
@@ -156,6 +159,13 @@ def _region(mask: Image) -> Region | None:
     return distance, np.ascontiguousarray(found[picked], dtype=np.float64)
 
 
+def _gained(gains: tuple[float, float, float]) -> Image | None:
+    """What becomes of every value of blue, green and red, `(1, 256, 3)`; None where it stays."""
+    if gains == (1.0, 1.0, 1.0):
+        return None
+    return _image(np.clip(np.rint(np.arange(256.0)[:, None] * gains), 0, 255))[None]
+
+
 class Silhouette:
     """Extracts evidence; holds what does not change from frame to frame.
 
@@ -173,9 +183,12 @@ class Silhouette:
             raise InputError(f"px_per_m is {px_per_m}, expected a positive number")
         self.parameters = parameters or SilhouetteParameters()
         self.background = background
+        self._in_white_light = _gained(self.parameters.gains)
+        lit = self._lit(background)
         self.px2_per_m2 = px_per_m * px_per_m
-        self._grey = cv2.cvtColor(background, cv2.COLOR_BGR2GRAY)
-        self._y, self._cr, self._cb = cv2.split(cv2.cvtColor(background, cv2.COLOR_BGR2YCrCb))
+        self._background = lit
+        self._grey = cv2.cvtColor(lit, cv2.COLOR_BGR2GRAY)
+        self._y, self._cr, self._cb = cv2.split(cv2.cvtColor(lit, cv2.COLOR_BGR2YCrCb))
         self._darkest = cv2.convertScaleAbs(self._y, alpha=self.parameters.shadow_darkest)
         self._dilation = np.ones((self.parameters.dilate_px,) * 2, np.uint8)
         growth = 2 * round(0.5 * self.parameters.skin_growth_m * px_per_m) + 1
@@ -186,7 +199,7 @@ class Silhouette:
         """Evidence of one frame, BGR `(H, W, 3)`. Raises `InputError` for another size than the background's."""
         if image.shape != self.background.shape:
             raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
-        smooth = cv2.blur(image, (3, 3))
+        smooth = cv2.blur(self._lit(image), (3, 3))
         y, cr, cb = (_image(plane) for plane in cv2.split(cv2.cvtColor(smooth, cv2.COLOR_BGR2YCrCb)))
         mask = self._differs(_image(smooth), y, cr, cb)
         foreground = self._pieces(mask)
@@ -198,11 +211,15 @@ class Silhouette:
         skin_region = _region(self._skin(of_skin, person))
         return BodyEvidence(foreground, edges, skin, blobs, areas, skin_region, _region(foreground), image=image)
 
+    def _lit(self, image: Image) -> Image:
+        """As it is in white light, and light enough."""
+        return image if self._in_white_light is None else _image(cv2.LUT(image, self._in_white_light))
+
     def _differs(self, image: Image, y: Image, cr: Image, cb: Image) -> Image:
         """From the background, and is no shadow on it."""
         p = self.parameters
         if p.colour:
-            b, g, r = cv2.split(cv2.absdiff(image, self.background))
+            b, g, r = cv2.split(cv2.absdiff(image, self._background))
             difference = cv2.max(cv2.max(b, g), r)
         else:
             difference = cv2.absdiff(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), self._grey)
