@@ -136,13 +136,34 @@ def figure(rows: Array, feet_m: float = 0.0, raised_m: float = 0.0) -> Image:
 def test_of_a_video_alone_the_height_tells(moved: dict[str, Array], raised_m: float, feet_m: float, words: str) -> None:
     """Raised arms are no height, and feet out of the picture tell nothing."""
     rows = poses(60, **moved)
-    looked = StatureSeen(WHOLE)
+    ends = SKELETON.core.pose(rows[:1])[1][0]
+    looked = StatureSeen(WHOLE, ends, SKELETON.joints(rows[:1])["head"][0])
     joints = SKELETON.joints(poses(60, **{name: x for name, x in moved.items() if name == "root_tx"}))
     for k in range(60):
         mask = figure(rows[k : k + 1], feet_m, raised_m * k / 60)
         looked.look(k / RATE_HZ, {name: at[k] for name, at in joints.items()}, mask)
     assert looked.reasons()[-1] == words
     assert looked.reasons()[0] == ""
+
+
+def test_a_background_that_held_the_legs_makes_nobody_come_nearer() -> None:
+    """Legs that stood still are in the video's median, and show once they have moved."""
+    rows = poses(60)
+    ends, joints = SKELETON.core.pose(rows[:1])[1][0], SKELETON.joints(rows)
+    looked = StatureSeen(WHOLE, ends, joints["head"][0], is_median=True)
+    for k in range(60):
+        mask = figure(rows[k : k + 1], 0.0)
+        if k < 30:
+            mask[300:, :] = 0
+        looked.look(k / RATE_HZ, {name: at[k] for name, at in joints.items()}, mask)
+    assert looked.reasons()[-1] == ""
+    looked = StatureSeen(WHOLE, ends, joints["head"][0], is_median=True)
+    for k in range(60):
+        mask = figure(rows[k : k + 1], 0.0)
+        if k >= 30:
+            mask[300:, :] = 0
+        looked.look(k / RATE_HZ, {name: at[k] for name, at in joints.items()}, mask)
+    assert "or the background, a median, holds a part of the person" in looked.reasons()[-1]
 
 
 def recording_of(rows: Array) -> BodyRecording:

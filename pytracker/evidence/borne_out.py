@@ -6,17 +6,20 @@ A particle filter always has a mean. What the picture says against it is kept fr
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
 from pytracker.evidence.silhouette import BodyEvidence, Region
+from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["ARMS", "COLUMN_M", "WINDOW_S", "BorneOut", "head_off"]
+__all__ = ["ARMS", "COLUMN_M", "CROWN_M", "WINDOW_S", "BorneOut", "head_off"]
 
 SIDES = ("left", "right")
 WRISTS = tuple(f"{side}_wrist" for side in SIDES)
@@ -25,6 +28,12 @@ FAR_M = 0.10
 """A wrist this far from any skin is not where it is thought to be: half a hand's length."""
 REACH_M = 0.12
 """Skin this far from head, forearms and hands is nobody's."""
+ARM_M = 0.95
+"""No hand of a large person is farther from between the shoulders."""
+GAP_M = 0.06
+"""Clothes of the wall's colour part a person into pieces."""
+OTHER_M2 = 0.08
+"""A piece of foreground that is larger and not on the trunk is somebody else: a forearm with its hand has 0.04."""
 NOBODYS = 0.30
 """This share of the skin that is nobody's, and an arm is elsewhere."""
 UNKNOWN_M = 0.12
@@ -104,7 +113,10 @@ class BorneOut:
         may_be_off = spread if skin is None else self._by_skin(time_s, skin, px_per_m, pixels, is_there)
         self._may_be_off.append([told.get(wrist, off) for wrist, off in zip(WRISTS, may_be_off, strict=True)])
         is_told = is_there >= set(WRISTS)
-        self._nobodys.append(0.0 if skin is None or is_told else _nobodys(skin[1], pixels, REACH_M * px_per_m))
+        nobodys = 0.0 if skin is None or is_told else _nobodys(skin[1], pixels, px_per_m)
+        if skin is not None and nobodys > NOBODYS:
+            nobodys = _nobodys(_without_others(skin[1], evidence.foreground, pixels, px_per_m), pixels, px_per_m)
+        self._nobodys.append(nobodys)
 
     def _by_skin(
         self, time_s: float, skin: Region, px_per_m: float, pixels: Mapping[str, Array], is_there: Collection[str]
@@ -165,11 +177,40 @@ def _head(pixels: Mapping[str, Array]) -> Line:
     return 0.5 * (pixels["left_shoulder"] + pixels["right_shoulder"]), pixels["head"]
 
 
-def _nobodys(points: Array, pixels: Mapping[str, Array], reach_px: float) -> float:
-    """Share of points on skin that are far from the head's line and from those of forearms and hands."""
+def _nobodys(points: Array, pixels: Mapping[str, Array], px_per_m: float) -> float:
+    """Share of points on skin that are far from the head's line and from those of forearms and hands.
+
+    What no arm of this person can reach is another's.
+    """
+    head = _head(pixels)
+    points = points[to_line(points, *head) < ARM_M * px_per_m]
     arms = [with_hand((pixels[f"{side}_elbow"], pixels[f"{side}_wrist"])) for side in SIDES]
-    nearest = np.min([to_line(points, *line) for line in (_head(pixels), *arms)], axis=0)
-    return float((nearest > reach_px).mean()) if len(points) else 0.0
+    nearest = np.min([to_line(points, *line) for line in (head, *arms)], axis=0)
+    return float((nearest > REACH_M * px_per_m).mean()) if len(points) else 0.0
+
+
+def _without_others(points: Array, foreground: Image, pixels: Mapping[str, Array], px_per_m: float) -> Array:
+    """Points on skin that are not on another person: a piece of foreground as large as one, and not on this one."""
+    gap = 2 * round(0.5 * GAP_M * px_per_m) + 1
+    whole = cv2.morphologyEx(foreground, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
+    _, mapped, stats, _ = cv2.connectedComponentsWithStats(whole)
+    labels, is_other = np.asarray(mapped), np.asarray(stats)[:, cv2.CC_STAT_AREA] > OTHER_M2 * px_per_m**2
+    own = np.array([pixels["root"], pixels["head"], *_head(pixels)])
+    is_other[0] = False
+    near = _around(labels, own, round(OFF_PERSON_M * px_per_m))
+    is_other[near] = False
+    columns, rows = np.rint(points.T).astype(int)
+    return np.asarray(points[~is_other[labels[rows, columns]]])
+
+
+def _around(labels: NDArray[Any], places: Array, reach: int) -> list[int]:
+    """Labels within `reach` px of places `(P, 2)`."""
+    height, width = labels.shape
+    found: set[int] = set()
+    for u, v in places[np.isfinite(places).all(axis=1)]:
+        left, top = (int(np.clip(x, 0, most - 1)) for x, most in ((u, width), (v, height)))
+        found.update(np.unique(labels[max(0, top - reach) : top + reach + 1, max(0, left - reach) : left + reach + 1]))
+    return sorted(found)
 
 
 def _recent(time_s: Array, values: Array) -> Array:

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.borne_out import COLUMN_M
-from pytracker.evidence.trunk import NEARER, against_first
+from pytracker.evidence.borne_out import COLUMN_M, CROWN_M
+from pytracker.evidence.trunk import NEARER, against_first, at_first
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -21,16 +21,27 @@ __all__ = ["StatureSeen"]
 RIM_PX = 2
 """A foreground that ends so near the rim of the picture goes on beyond it."""
 FARTHER = "bends, squats or goes farther off than is tracked"
+FARTHER_OR_HELD = f"{FARTHER}, or the background, a median, holds a part of the person: give one without"
 TALLER = 1.10
 SHORTER = 0.82
 """Of people who stand where they are it is 0.90 to 1.05 times as tall as at first."""
 
 
 class StatureSeen:
-    """How tall the foreground shows a person, against the pose."""
+    """How tall the foreground shows a person, against the pose.
 
-    def __init__(self, camera: Camera | WeakPerspective) -> None:
+    Args:
+        camera: what sees it.
+        first: ends of all bones in the first pose `(B, 3)`, world, m.
+        head: end of the head there `(3,)`.
+        is_median: whether the background is the video's median, which may hold a part of the person.
+    """
+
+    def __init__(self, camera: Camera | WeakPerspective, first: Array, head: Array, *, is_median: bool = False) -> None:
+        self._farther = FARTHER_OR_HELD if is_median else FARTHER
         self._camera = camera
+        lowest, top = float(camera.project(first)[:, 1].max()), float(camera.project(head[None])[0, 1])
+        self._model_m = (lowest - top) / float(camera.px_per_m(head[None])[0]) + CROWN_M
         self._time_s: list[float] = []
         self._tall_m: list[float] = []
 
@@ -52,6 +63,13 @@ class StatureSeen:
         return float((rows[-1] - above[0]) / px_per_m)
 
     def reasons(self) -> list[str]:
-        """Of every frame; empty where nothing speaks against it, and where feet were not seen at first."""
-        recent = against_first(np.array(self._time_s), np.array(self._tall_m).reshape(-1, 1))[:, 0]
-        return [NEARER if ratio > TALLER else FARTHER if ratio < SHORTER else "" for ratio in recent]
+        """Of every frame; empty where nothing speaks against it, and where feet were not seen at first.
+
+        A background that holds a part of the person shows them shorter than the model at first: they are nearer where
+        they are taller than that.
+        """
+        time_s, tall_m = np.array(self._time_s), np.array(self._tall_m).reshape(-1, 1)
+        ratios, first_m = against_first(time_s, tall_m)[:, 0], float(at_first(time_s, tall_m)[0])
+        held = self._model_m / first_m
+        taller = TALLER * (held if held > TALLER else 1.0)
+        return [NEARER if ratio > taller else self._farther if ratio < SHORTER else "" for ratio in ratios]

@@ -19,7 +19,7 @@ from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 
-__all__ = ["NEARER", "TrunkSeen", "against_first", "distance_changes"]
+__all__ = ["NEARER", "TrunkSeen", "against_first", "at_first", "distance_changes"]
 
 CORNERS = [KEYPOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip") for side in ("left", "right")]
 FIRST_S = 0.25
@@ -64,9 +64,14 @@ def against_first(time_s: Array, sizes: Array) -> Array:
     """Sizes `(T, K)` lately, over those of the first frames; NaN, larger and smaller than nothing, where not seen."""
     sizes = np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, np.nan)
     first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
-    at_first = median_of_known(sizes[time_s <= time_s[:1] + FIRST_S])
-    recent = [median_of_known(sizes[first[k] : k + 1]) / at_first for k in range(len(time_s))]
+    usual = at_first(time_s, sizes)
+    recent = [median_of_known(sizes[first[k] : k + 1]) / usual for k in range(len(time_s))]
     return np.array(recent).reshape(sizes.shape)
+
+
+def at_first(time_s: Array, sizes: Array) -> Array:
+    """Sizes of the first frames `(K,)`; NaN where not seen."""
+    return np.asarray(median_of_known(sizes[time_s <= time_s[:1] + FIRST_S]))
 
 
 class TrunkSeen:

@@ -97,7 +97,9 @@ class _Watched:
         first = recording.skeleton.joints(recording.initial[None])
         self._first = {name: rows[0] for name, rows in first.items()}
         self.borne_out = BorneOut(self.camera, self._first, [imu.segment for imu in recording.imus])
-        self.stature = StatureSeen(self.camera)
+        _, ends, _ = recording.skeleton.core.pose(recording.initial[None])
+        is_median = recording.view.background is None
+        self.stature = StatureSeen(self.camera, ends[0], self._first["head"], is_median=is_median)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
         self.points: list[tuple[float, Array | None]] = []

@@ -1,0 +1,56 @@
+"""Skin that nobody wears: this person's or another's."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from pytracker.evidence.borne_out import BorneOut
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette
+from pytracker.recording.camera import WeakPerspective
+from pytracker.skeleton import average_skeleton
+
+PX_PER_M = 120.0
+CAMERA = WeakPerspective(affine=((PX_PER_M, 0.0, 0.0, 320.0), (0.0, -PX_PER_M, 0.0, 300.0)))
+SKELETON = average_skeleton(1.7)
+SKIN, SHIRT, WALL = (87, 103, 150), (140, 90, 40), (170, 170, 170)
+
+
+def person(image: np.ndarray, at: int, arm: tuple[int, int]) -> None:
+    """Trunk, head and a bare arm that ends at `arm`, px from the shoulder."""
+    cv2.rectangle(image, (at - 20, 228), (at + 20, 310), SHIRT, -1)
+    cv2.circle(image, (at, 212), 11, SKIN, -1)
+    cv2.line(image, (at + 20, 242), (at + 20 + arm[0], 242 + arm[1]), SKIN, 9)
+
+
+def seen(*people: tuple[int, tuple[int, int]]) -> BodyEvidence:
+    background = np.full((480, 640, 3), WALL, np.uint8)
+    image = background.copy()
+    for at, arm in people:
+        person(image, at, arm)
+    return Silhouette(background, PX_PER_M)(image)
+
+
+@pytest.mark.parametrize(
+    ("people", "told"),
+    [
+        (((320, (11, 64)),), False),  # as it is tracked, hanging
+        (((320, (11, -64)),), True),  # raised: no arm of the track is there
+        (((320, (11, 64)), (400, (11, -64)), (240, (-11, -64))), False),  # others, within arm's reach, raise theirs
+    ],
+)
+def test_skin_that_another_person_wears_is_not_missed(
+    people: tuple[tuple[int, tuple[int, int]], ...], told: bool
+) -> None:
+    pose = np.zeros((1, len(SKELETON.channels)))
+    names = SKELETON.channels
+    for channel, degrees in (("lhumerus_ry", -80.0), ("rhumerus_ry", 80.0)):
+        pose[0, names.index(channel)] = np.radians(degrees)
+    joints = {name: rows[0] for name, rows in SKELETON.joints(pose).items()}
+    looked = BorneOut(CAMERA, joints)
+    sure = {name: np.full(3, 0.02) for name in joints}
+    evidence = seen(*people)
+    for k in range(10):
+        looked.look(k / 30, joints, sure, evidence)
+    assert ("skin that no arm explains" in looked.reasons()[-1].get("", "")) == told
