@@ -29,18 +29,22 @@ def picture(face: tuple[float, float, float] | np.ndarray, wall: tuple[int, int,
     return image
 
 
+def wall(colour: tuple[int, int, int] = WALL) -> Image:
+    return np.full((120, 160, 3), colour, np.uint8)
+
+
 def cast(image: Image, gains: tuple[float, float, float]) -> Image:
     return np.asarray(np.clip(np.rint(image * np.array(gains)), 0, 255), dtype=np.uint8)
 
 
 @pytest.mark.parametrize("gains", [(1.25, 1.0, 0.8), (0.75, 1.0, 1.2), (0.95, 1.15, 0.9), (0.25, 0.25, 0.25)])
 def test_light_is_taken_off(gains: tuple[float, float, float]) -> None:
-    found = gains_of_face(cast(picture(TYPICAL_BGR), gains), HEAD, PX_PER_M)
+    found = gains_of_face(cast(picture(TYPICAL_BGR), gains), cast(wall(), gains), HEAD, PX_PER_M)
     assert np.multiply(found, gains) == pytest.approx(np.ones(3), abs=0.02)
 
 
 @pytest.mark.parametrize(
-    ("face", "wall"),
+    ("face", "behind"),
     [
         (TYPICAL_BGR, WALL),
         (1.15 * TYPICAL_BGR, WALL),  # a lighter skin
@@ -51,27 +55,35 @@ def test_light_is_taken_off(gains: tuple[float, float, float]) -> None:
     ],
 )
 def test_it_stays_where_it_is_usual_and_where_no_face_is(
-    face: tuple[float, float, float], wall: tuple[int, int, int]
+    face: tuple[float, float, float], behind: tuple[int, int, int]
 ) -> None:
-    assert gains_of_face(picture(face, wall), HEAD, PX_PER_M) == (1.0, 1.0, 1.0)
+    assert gains_of_face(picture(face, behind), wall(behind), HEAD, PX_PER_M) == (1.0, 1.0, 1.0)
+
+
+def test_a_first_pose_that_is_some_centimetres_off_finds_the_face() -> None:
+    """Wall and hair beside it are no face in another light."""
+    image = picture(TYPICAL_BGR)
+    cv2.ellipse(image, (60, 34), (11, 9), 0, 180, 360, (30, 35, 40), -1)
+    for right, down in ((0, -9), (0, 9), (7, -5), (-7, 5), (5, 5)):
+        assert gains_of_face(image, wall(), HEAD + np.array([right, down]), PX_PER_M) == (1.0, 1.0, 1.0)
 
 
 def test_a_head_that_is_not_in_the_picture_tells_nothing() -> None:
     for head in ([-500.0, 40.0], [np.nan, 0.0], [1e9, 1e9]):
-        assert gains_of_face(cast(picture(TYPICAL_BGR), (0.3, 0.3, 0.3)), np.array(head), PX_PER_M) == (1.0, 1.0, 1.0)
+        dim = cast(picture(TYPICAL_BGR), (0.3, 0.3, 0.3))
+        assert gains_of_face(dim, cast(wall(), (0.3, 0.3, 0.3)), np.array(head), PX_PER_M) == (1.0, 1.0, 1.0)
 
 
 def test_evidence_is_the_same_in_another_light() -> None:
     """Skin, edges and foreground of a picture and of the same with a cast."""
-    wall = np.full((120, 160, 3), WALL, np.uint8)
     image = picture(TYPICAL_BGR)
-    right = Silhouette(wall, PX_PER_M)(image)
+    right = Silhouette(wall(), PX_PER_M)(image)
     cool = (1.25, 1.0, 0.7)
-    gains = gains_of_face(cast(image, cool), HEAD, PX_PER_M)
-    lit = Silhouette(cast(wall, cool), PX_PER_M, SilhouetteParameters(gains=gains))(cast(image, cool))
+    gains = gains_of_face(cast(image, cool), cast(wall(), cool), HEAD, PX_PER_M)
+    lit = Silhouette(cast(wall(), cool), PX_PER_M, SilhouetteParameters(gains=gains))(cast(image, cool))
     assert (lit.skin != right.skin).mean() < 0.002
     assert (lit.foreground != right.foreground).mean() < 0.002
-    unlit = Silhouette(cast(wall, cool), PX_PER_M)(cast(image, cool))
+    unlit = Silhouette(cast(wall(), cool), PX_PER_M)(cast(image, cool))
     assert (unlit.skin > 0).sum() < 0.5 * (right.skin > 0).sum()
     assert right.skin_region is not None
 

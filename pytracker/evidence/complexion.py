@@ -17,6 +17,10 @@ __all__ = ["gains_of_face"]
 
 FACE_M = 0.08
 """Radius about the end of a skeleton's head, the middle of the face, within which nothing but a face is seen."""
+PART_M, PARTS_M = 0.045, (-0.07, 0.0, 0.07)
+"""Radius of a part of it, and how far beside its middle parts are looked at: a first pose is off by some cm."""
+DIFFERS, DIFFERS_SHARE = 4.0, 0.08
+"""What differs from the background by less, of 255 and of its brightness, is none of the person."""
 LEAST_PX = 12
 """A face of fewer pixels tells nothing."""
 TYPICAL_YCC = np.array([115.0, 153.0, 112.0])
@@ -25,7 +29,7 @@ TYPICAL_BGR = np.array([87.0, 103.0, 150.0])
 """The same."""
 LEAST_SHIFT = 8.0
 """A face is as usual whose Cr and Cb are no farther off."""
-DIM, GLARING = 85.0, 145.0
+DIM, GLARING = 85.0, 150.0
 """And whose Y is between these."""
 MOST_SHIFT = 30.0
 """What is farther off is no face, in any light that a camera may have taken for white."""
@@ -37,31 +41,54 @@ DIM_PICTURE = 130.0
 """A head is dim in a picture whose brightest twentieth is not: it is seen from behind, or against the light."""
 
 
-def gains_of_face(image: Image, head: Array, px_per_m: float) -> tuple[float, float, float]:
-    """Gains of blue, green and red, by the face at `head` `(2,)`, px, of a frame, BGR `(H, W, 3)`.
+NONE = (1.0, 1.0, 1.0)
+
+
+def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float) -> tuple[float, float, float]:
+    """Gains of blue, green and red, by the face at `head` `(2,)`, px, of a frame and its background, BGR `(H, W, 3)`.
 
     All one where it is as faces usually are, and where what is there cannot be one.
     """
-    bgr = _face(image, head, px_per_m)
-    if len(bgr) < LEAST_PX:
-        return 1.0, 1.0, 1.0
-    ycc = cv2.cvtColor(bgr[None], cv2.COLOR_BGR2YCrCb)[0].astype(float)
-    bright, *colour = np.median(ycc, axis=0).tolist()
-    shift = np.abs(np.array(colour) - TYPICAL_YCC[1:])
-    spread = np.ptp(np.percentile(ycc[:, 1:], (25, 75), axis=0), axis=0)
-    is_usual = (shift <= LEAST_SHIFT).all() and DIM <= bright <= GLARING
-    is_face = (shift <= MOST_SHIFT).all() and (spread <= EVEN).all() and bright >= DARKEST
-    if bright < DIM:
-        is_face &= float(np.percentile(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), 95)) < DIM_PICTURE
-    if is_usual or not is_face:
-        return 1.0, 1.0, 1.0
-    blue, green, red = (TYPICAL_BGR / np.maximum(np.median(bgr, axis=0), 1.0)).tolist()
+    if not (np.isfinite(head).all() and (np.abs(head) < 1e6).all()):
+        return NONE
+    looked = [(0.0, 0.0, FACE_M), *((right, down, PART_M) for down in PARTS_M for right in PARTS_M)]
+    found = [_person(image, background, head + px_per_m * np.array(at), px_per_m * m) for *at, m in looked]
+    middle, *parts = [part for part in found if len(part) >= LEAST_PX] or [np.zeros((0, 3), np.uint8)]
+    if not parts:
+        return NONE
+    # Hair, walls and most collars are less red than a face in the same light.
+    face = max(parts, key=lambda part: float(np.median(_ycc(part)[:, 1])))
+    if _is_usual(middle) or _is_usual(face) or not _may_be_one(face, image):
+        return NONE
+    blue, green, red = (TYPICAL_BGR / np.maximum(np.median(face, axis=0), 1.0)).tolist()
     return blue, green, red
 
 
-def _face(image: Image, head: Array, px_per_m: float) -> Image:
-    """Its pixels, BGR `(N, 3)`; none where it is not in the picture."""
+def _person(image: Image, background: Image, middle: Array, radius_px: float) -> Image:
+    """Pixels of the person within a circle, BGR `(N, 3)`."""
     mask = np.zeros(image.shape[:2], np.uint8)
-    if np.isfinite(head).all() and (np.abs(head) < 1e6).all():
-        cv2.circle(mask, (round(float(head[0])), round(float(head[1]))), round(FACE_M * px_per_m), 255, -1)
-    return np.asarray(cv2.blur(image, (3, 3))[mask > 0], dtype=np.uint8)
+    cv2.circle(mask, (round(float(middle[0])), round(float(middle[1]))), max(1, round(radius_px)), 255, -1)
+    inside = mask > 0
+    seen, behind = (cv2.blur(of, (3, 3))[inside].astype(float) for of in (image, background))
+    differs = np.abs(seen - behind).max(axis=1) > DIFFERS + DIFFERS_SHARE * behind.mean(axis=1)
+    return np.asarray(seen[differs], dtype=np.uint8)
+
+
+def _ycc(bgr: Image) -> Array:
+    return np.asarray(cv2.cvtColor(bgr[None], cv2.COLOR_BGR2YCrCb)[0], dtype=float)
+
+
+def _is_usual(bgr: Image) -> bool:
+    bright, *colour = np.median(_ycc(bgr), axis=0)
+    return bool((np.abs(np.array(colour) - TYPICAL_YCC[1:]) <= LEAST_SHIFT).all() and DIM <= bright <= GLARING)
+
+
+def _may_be_one(bgr: Image, image: Image) -> bool:
+    """Whether it is a face in some light that a camera may have taken for white, or a dim one."""
+    ycc = _ycc(bgr)
+    bright, *colour = np.median(ycc, axis=0)
+    spread = np.ptp(np.percentile(ycc[:, 1:], (25, 75), axis=0), axis=0)
+    if (np.abs(np.array(colour) - TYPICAL_YCC[1:]) > MOST_SHIFT).any() or (spread > EVEN).any() or bright < DARKEST:
+        return False
+    is_dim_picture = float(np.percentile(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), 95)) < DIM_PICTURE
+    return bool(bright >= DIM or is_dim_picture)

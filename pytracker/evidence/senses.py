@@ -52,5 +52,5 @@ def senses_of(recording: BodyRecording) -> Senses:
     background = read_background(view.background) if view.background else median_background(frames(view.video))
     px_per_m = float(view.camera.px_per_m(joints["root"])[0])
     first, head = next(frames(view.video)).image, view.camera.project(joints["head"])[0]
-    parameters = SilhouetteParameters(gains=gains_of_face(first, head, px_per_m))
+    parameters = SilhouetteParameters(gains=gains_of_face(first, background, head, px_per_m))
     return Senses(recording, Silhouette(background, px_per_m, parameters))

@@ -1,0 +1,286 @@
+"""A body's first pose from the outline and the skin of its first frame, where no keypoints are.
+
+What the foreground shows lies on some limb, and every limb on the foreground; what skin shows on head, forearms and
+hands, and hands on skin. Who stands is as tall as they are, which tells how far off they are if the feet are in the
+picture; and looks at the camera: an outline does not tell front from back. Depth is as people usually stand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+from pytracker.evidence.ambiguity import to_line
+from pytracker.evidence.complexion import gains_of_face
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters
+from pytracker.formats.video import Image
+from pytracker.recording.camera import Camera, WeakPerspective
+from pytracker.rotation import Array
+from pytracker.setup.pose_fit import (
+    CHANNELS,
+    HIPS_M,
+    SDS,
+    FoundPose,
+    along,
+    distance_sd,
+    faced,
+    fitted,
+    named,
+    starts,
+    turn_to,
+)
+from pytracker.skeleton.skeleton import Skeleton
+
+__all__ = ["Outlined", "first_outline"]
+
+CROWN_M, FACE_M = 0.11, 0.12
+"""The crown above the end of a skeleton's head, which is the middle of the face; and that below the crown."""
+HIPS_SHARE = 0.53
+"""Of the height, from the floor up."""
+USUAL_M = 1.70
+"""Of whom the half-widths of limbs are."""
+POINTS = 160
+"""So many points of the foreground are asked, and half as many of the skin."""
+SD_M, MOST_M = 0.03, 0.15
+"""A point that is explained lies beside its limb by so much; and farther off than this is as bad as any."""
+FOREGROUND_WEIGHT, SKIN_WEIGHT, ON_WEIGHT = 60.0, 40.0, 0.36
+"""All points of a mask count as so many that are independent, and every place on a limb as so much of one."""
+ON_LIMB = (0.0, 0.5, 1.0)
+"""Where on a limb it is looked for foreground."""
+RIM_PX = 3
+"""A foreground that ends so near the lower rim goes on beyond it: feet are not seen."""
+PLACE_SD_M = 0.06
+"""Sideways and in height, where the outline is whole."""
+TURN_SDS = np.radians([5.0, 8.0, 5.0])
+"""An outline hardly tells that the trunk leans or turns."""
+SHARES = (0.95, 0.75, 0.55)
+"""Of a person's height that may be seen where the feet are not."""
+DISTANCE_SHARE = 0.08
+"""An outline is so much taller or smaller than a skeleton: hair, shoes, holes in the foreground."""
+LEAST_M2 = 0.15
+"""Less foreground is nobody whole."""
+EXPLAINED, ON_PERSON = 0.85, 0.85
+"""Shares of the foreground's points within 5 cm of a limb, and of the limbs' places on the foreground, of what fits."""
+NEAR_M = 0.05
+
+Limb = tuple[Array, Array, float]
+"""Ends `(K, 3)`, m, and half-width, m."""
+SKINNED = slice(3, 8)
+"""Of the limbs: head, then forearm and hand of either arm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outlined(FoundPose):
+    """A pose that fits an outline.
+
+    Attributes:
+        explained: share of the foreground that lies on a limb.
+        on_person: share of the limbs that lie on the foreground.
+        is_whole: whether the feet are seen.
+    """
+
+    explained: float
+    on_person: float
+    is_whole: bool
+
+    @property
+    def fits(self) -> bool:
+        """Whether outline and limbs agree."""
+        return self.explained >= EXPLAINED and self.on_person >= ON_PERSON
+
+
+def first_outline(
+    skeleton: Skeleton, camera: WeakPerspective | Camera, image: Image, background: Image, focal_sd: float = 0.0
+) -> Outlined:
+    """From the first frame and the scene without the person, BGR `(H, W, 3)`; `focal_sd` of the camera is a share.
+
+    Raises `InputError` where nobody is seen.
+    """
+    evidence, box = _seen(image, background, _height_m(skeleton))
+    return faced(skeleton, camera, lambda seen_by: _Fit(skeleton, seen_by, evidence, box).found(focal_sd))
+
+
+def _height_m(skeleton: Skeleton) -> float:
+    """From crown to sole of who stands straight."""
+    near, ends, _ = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
+    return float(ends[0, skeleton.bone("head"), 1] + CROWN_M - np.minimum(near, ends)[0, :, 1].min())
+
+
+def _seen(image: Image, background: Image, height_m: float) -> tuple[BodyEvidence, tuple[int, int, int, int]]:
+    """Evidence of the largest person, in white light, and their box: left, top, right, bottom, px."""
+    gains = (1.0, 1.0, 1.0)
+    px_per_m = image.shape[0] / (1.5 * height_m)
+    for _ in range(2):
+        evidence = Silhouette(background, px_per_m, SilhouetteParameters(gains=gains))(image)
+        gap = 2 * round(0.03 * px_per_m) + 1
+        closed = cv2.morphologyEx(evidence.foreground, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
+        _, _, stats, _ = cv2.connectedComponentsWithStats(closed)
+        sizes = np.asarray(stats)[1:]
+        if not len(sizes) or sizes[:, cv2.CC_STAT_AREA].max() < LEAST_M2 * px_per_m**2:
+            raise InputError(
+                "the first frame differs from the background by no person, expected one who is not in the background"
+            )
+        left, top, width, height, _ = (int(x) for x in sizes[int(np.argmax(sizes[:, cv2.CC_STAT_AREA]))])
+        px_per_m = height / height_m
+        crown = np.flatnonzero(evidence.foreground[top, left : left + width])
+        u = left + (float(crown.mean()) if len(crown) else 0.5 * width)
+        gains = gains_of_face(image, background, np.array([u, top + FACE_M * px_per_m]), px_per_m)
+    return evidence, (left, top, left + width, top + height)
+
+
+class _Fit:
+    """What a frame says of poses."""
+
+    def __init__(
+        self,
+        skeleton: Skeleton,
+        camera: WeakPerspective | Camera,
+        evidence: BodyEvidence,
+        box: tuple[int, int, int, int],
+    ) -> None:
+        assert evidence.foreground_region is not None
+        self.skeleton, self.camera, self.box = skeleton, camera, box
+        self.height_m = _height_m(skeleton)
+        self.is_whole = box[3] < len(evidence.foreground) - RIM_PX
+        self._columns = skeleton.columns(CHANNELS)
+        self._person = evidence.foreground_region[0]
+        self._on_person = _some_of(evidence.foreground, box, POINTS)
+        self._skin = None if evidence.skin_region is None else evidence.skin_region[0]
+        self._on_skin = _some_of(evidence.skin, box, POINTS // 2)
+        self._sds = SDS.copy()
+        self._sds[3:6] = TURN_SDS
+
+    def found(self, focal_sd: float) -> Outlined:
+        """The best pose from all starts."""
+        fits = []
+        for share in (1.0,) if self.is_whole else SHARES:
+            stands = self._stands(share)
+            if self.is_whole:
+                self._sds[:3] = self._place_sds(stands)
+            fits += [fitted(self.residuals, start) for start in starts(stands)]
+        best, _ = min(fits, key=lambda fit: fit[1])
+        beside, on = self._beside(best[None])
+        share = DISTANCE_SHARE if self.is_whole else 2.0 * DISTANCE_SHARE
+        distance_sd_m = distance_sd(self.camera, best[None, :3], focal_sd, share)
+        return Outlined(
+            named(zip(CHANNELS, best.tolist(), strict=True)),
+            distance_sd_m,
+            float((beside[0] < NEAR_M).mean()),
+            float((on[0] < NEAR_M).mean()),
+            self.is_whole,
+        )
+
+    def residuals(self, values: Array, prior: Array) -> Array:
+        """`(K, R)` of `(K, D)`: points of masks, places on limbs, and the prior, in standard deviations."""
+        limbs, pixels, px_per_m = self._posed(values)
+        beside, on = self._apart(limbs, pixels, px_per_m)
+        rows = [_capped(beside) * np.sqrt(FOREGROUND_WEIGHT / beside.shape[1]), _capped(on) * np.sqrt(ON_WEIGHT)]
+        if self._skin is not None and len(self._on_skin):
+            worn = range(len(limbs))[SKINNED]
+            off = _beside_limbs(self._on_skin, limbs, pixels, px_per_m, worn)
+            rows.append(_capped(off) * np.sqrt(SKIN_WEIGHT / off.shape[1]))
+            hands = np.stack([pixels[:, 2 * k + end] for k in (5, 7) for end in (0, 1)], axis=1)
+            rows.append(_capped(_off_mask(self._skin, hands) / px_per_m[:, None]) * np.sqrt(ON_WEIGHT))
+        return np.concatenate([*rows, (values - prior) / self._sds], axis=1)
+
+    def _beside(self, values: Array) -> tuple[Array, Array]:
+        return self._apart(*self._posed(values))
+
+    def _apart(self, limbs: list[Limb], pixels: Array, px_per_m: Array) -> tuple[Array, Array]:
+        """How far points of the foreground are from limbs, and places on limbs from the foreground, m."""
+        beside = _beside_limbs(self._on_person, limbs, pixels, px_per_m, range(len(limbs)))
+        ends = pixels.reshape(len(pixels), -1, 2, 2)
+        on = np.concatenate([ends[:, :, 0] + share * (ends[:, :, 1] - ends[:, :, 0]) for share in ON_LIMB], axis=1)
+        return beside, _off_mask(self._person, on) / px_per_m[:, None]
+
+    def _posed(self, values: Array) -> tuple[list[Limb], Array, Array]:
+        """Limbs, their ends in the picture `(K, 2 L, 2)`, px, and px/m `(K,)`."""
+        poses = np.zeros((len(values), len(self.skeleton.channels)))
+        poses[:, self._columns] = values
+        limbs = _limbs(self.skeleton, poses, self.height_m / USUAL_M)
+        ends = np.stack([end for a, b, _ in limbs for end in (a, b)], axis=1)
+        pixels = self.camera.project(ends.reshape(-1, 3)).reshape(len(values), -1, 2)
+        px_per_m = self.camera.px_per_m(ends[:, 0])
+        return limbs, np.nan_to_num(pixels, nan=1e5), np.maximum(np.nan_to_num(px_per_m), 1e-3)
+
+    def _stands(self, share: float) -> Array:
+        """Where a person stands of whom so much is seen, and that they look at the camera: root_tx .. root_rz."""
+        left, top, right, bottom = self.box
+        tall = (bottom - top) / share
+        hips = np.array(
+            [0.5 * (left + right), bottom - HIPS_SHARE * tall if share == 1.0 else top + (1 - HIPS_SHARE) * tall]
+        )
+        if isinstance(self.camera, Camera):
+            place = along(self.camera, hips, self.height_m / tall)
+        else:
+            affine = np.array(self.camera.affine)
+            start = np.array([0.0, HIPS_M, 0.0])
+            x, y = np.linalg.lstsq(affine[:, :2], hips - self.camera.project(start[None])[0], rcond=None)[0]
+            place = start + np.array([x, y, 0.0])
+        return np.array([*place, 0.0, turn_to(self.camera, place), 0.0])
+
+    def _place_sds(self, stands: Array) -> Array:
+        if not isinstance(self.camera, Camera):
+            return np.array([2 * PLACE_SD_M, 2 * PLACE_SD_M, SDS[2]])
+        ray = stands[:3] - self.camera.position_m
+        return np.maximum(PLACE_SD_M, np.abs(ray) * DISTANCE_SHARE)
+
+
+def _limbs(skeleton: Skeleton, poses: Array, wide: float) -> list[Limb]:
+    """Sides and middle of the trunk, head, then upper arms and legs; forearms and hands after the head."""
+    near, ends, _ = skeleton.core.pose(poses)
+
+    def at(bone: str, of: Array = ends) -> Array:
+        return np.asarray(of[:, skeleton.bone(bone)])
+
+    shoulders, hips = ([at(f"{side}{bone}", near) for side in "lr"] for bone in ("humerus", "femur"))
+    inner = [0.88 * one + 0.12 * other for one, other in (shoulders, shoulders[::-1])]
+    neck, head = at("upperneck", near), at("head")
+    up = (head - neck) / np.linalg.norm(head - neck, axis=1, keepdims=True)
+    trunk = [(hips[0], inner[0], 0.09), (hips[1], inner[1], 0.09), (at("lowerback", near), at("thorax"), 0.11)]
+    worn: list[Limb] = [(neck, head + 0.03 * up, 0.085)]
+    others: list[Limb] = []
+    for side, shoulder, hip in zip("lr", shoulders, hips, strict=True):
+        elbow, wrist = at(f"{side}humerus"), at(f"{side}wrist")
+        worn += [(elbow, wrist, 0.04), (wrist, wrist + 0.9 * (at(f"{side}hand") - wrist), 0.045)]
+        others += [
+            (shoulder, elbow, 0.05),
+            (hip, at(f"{side}femur"), 0.08),
+            (at(f"{side}femur"), at(f"{side}tibia"), 0.06),
+        ]
+    return [(a, b, wide * radius) for a, b, radius in (*trunk, *worn, *others)]
+
+
+def _some_of(mask: Image, box: tuple[int, int, int, int], count: int) -> Array:
+    """Pixels of a mask within a box, evenly over its area `(P, 2)`."""
+    left, top, right, bottom = box
+    rows, columns = np.nonzero(mask[top:bottom, left:right])
+    # A golden section of the pixels, row by row, is even in both directions.
+    picked = np.floor(len(rows) * ((np.arange(count) * 0.6180339887) % 1.0)).astype(int) if len(rows) else []
+    return np.stack([columns[picked] + left, rows[picked] + top], axis=1).astype(float)
+
+
+def _beside_limbs(points: Array, limbs: list[Limb], pixels: Array, px_per_m: Array, which: range) -> Array:
+    """How far points `(P, 2)` are from the nearest of some limbs, m `(K, P)`; less than nothing inside one."""
+    apart = [
+        to_line(points, pixels[:, None, 2 * k], pixels[:, None, 2 * k + 1]) / px_per_m[:, None] - limbs[k][2]
+        for k in which
+    ]
+    return np.asarray(np.min(apart, axis=0))
+
+
+def _off_mask(distance: NDArray[np.float32], places: Array) -> Array:
+    """Of places `(K, N, 2)` from a mask, px; outside the picture nothing is known, and nothing is missed."""
+    height, width = distance.shape
+    columns, rows = np.rint(places[..., 0]), np.rint(places[..., 1])
+    is_inside = (columns >= 0) & (columns < width) & (rows >= 0) & (rows < height)
+    at = np.clip(rows, 0, height - 1).astype(int), np.clip(columns, 0, width - 1).astype(int)
+    return np.where(is_inside, distance[at], 0.0)
+
+
+def _capped(apart_m: Array) -> Array:
+    return np.clip(apart_m, 0.0, MOST_M) / SD_M
