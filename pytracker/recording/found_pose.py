@@ -15,7 +15,7 @@ from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["fingerprint", "is_as_found", "is_stale", "lines_of"]
 
-HEAD = "# Found from the keypoints of the first frame: bone_dof = degrees, root_t* in metres.\n"
+HEAD = "# Found from the first frame: bone_dof = degrees, root_t* in metres.\n"
 PLACES = ("# From ", ", as ")
 STAMP = "# From {inputs}, as {content}: check --write finds it again where camera, height or keypoints change.\n"
 """Fingerprints of what it was found from and of the lines that follow."""

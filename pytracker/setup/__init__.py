@@ -8,6 +8,8 @@
 | `findings` | a line |
 | `detect` | keypoints found in the video |
 | `first_pose` | a body's first pose from keypoints; `first_person`: whose |
+| `first_outline` | the same from outline and skin, where there are none |
+| `pose_fit` | how either is fitted |
 | `frame` | one frame with a grid |
 | `calibrate` | a camera from a video of a board; its pose from points |
 | `conventions` | units, quaternion and earth frame, from an IMU's numbers alone |

@@ -1,4 +1,4 @@
-"""A check of a body's recording: camera, skeleton, keypoints, and the first pose found from them."""
+"""A check of a body's recording: camera, skeleton, and the first pose, from keypoints or else from the outline."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.evidence.silhouette import read_background
 from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.video import frames
 from pytracker.recording.body import skeleton_of
 from pytracker.recording.body_view import view_of
 from pytracker.recording.found_pose import fingerprint, is_as_found, is_stale, lines_of
@@ -15,8 +17,10 @@ from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
+from pytracker.setup.first_outline import first_outline
 from pytracker.setup.first_person import first_person, first_row
 from pytracker.setup.first_pose import first_pose
+from pytracker.setup.pose_fit import FoundPose
 from pytracker.setup.subject_entry import LEVEL
 from pytracker.skeleton.skeleton import Skeleton
 
@@ -48,19 +52,15 @@ def check_body(draft: Draft) -> list[Finding]:
     is_changed = (
         inputs is not None and draft.get("initial.angles") == INITIAL and is_stale(draft.folder / INITIAL, inputs)
     )
-    if is_changed and view is not None and view.keypoints is None:
-        words = "was found with another camera or height than these: camera.keypoints are needed to find it again"
-        found.append(Finding("first pose", "doubtful", words))
-    elif not is_changed and (draft.get("initial.angles") is not None or draft.get("initial.frame") is not None):
+    if not is_changed and (draft.get("initial.angles") is not None or draft.get("initial.frame") is not None):
         found.append(Finding("first pose", "right", "is given; how it stands on the person is said below"))
     elif str(draft.get("truth.file") or "").endswith(".amc"):
         found.append(Finding("first pose", "right", "is the truth's own"))
-    elif skeleton is None or view is None or view.keypoints is None:
-        words = (
-            "not given: [initial] angles, or keypoints (camera.keypoints; pytracker keypoints finds them), camera and "
-            "skeleton to find it from"
-        )
+    elif skeleton is None or view is None:
+        words = "not given: [initial] angles, or camera and skeleton to find it from the first frame"
         found.append(Finding("first pose", "missing", words))
+    elif view.keypoints is None:
+        found.append(_by_outline(draft, skeleton, view, focal_sd))
     else:
         if draft.get("camera.rotation") == LEVEL and draft.get("camera.translation_m") == [0.0, 0.0, 0.0]:
             view = _pitched(draft, skeleton, view, found)
@@ -174,6 +174,38 @@ def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: floa
         words += "; the person is seen from behind, or the picture is mirrored"
     if not pose.fits:
         return Finding("first pose", "cannot be told", f"{words}: check camera, skeleton and keypoints")
+    return _written(draft, pose, words, fingerprint(skeleton, view, focal_sd))
+
+
+def _by_outline(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: float) -> Finding:
+    """Of a video without keypoints."""
+    assert view.video is not None
+    better = "keypoints tell more (camera.keypoints; pytracker keypoints finds them)"
+    source = view.video if view.background is None else view.background
+    try:
+        first, background = next(frames(view.video)).image, read_background(source)
+        if background.shape != first.shape:
+            raise InputError(f"the background is {background.shape}, expected {first.shape} as the video")
+        pose = first_outline(skeleton, view.camera, first, background, focal_sd)
+    except (InputError, OSError) as error:
+        return Finding("first pose", "missing", f"not given, and not found: {error}; {better}")
+    words = (
+        f"by the outline of the first frame: {pose.explained:.0%} of it lies on the pose, {pose.on_person:.0%} of the "
+        "pose on it; depth is as people usually stand, who is taken to look at the camera"
+    )
+    if not pose.is_whole:
+        words += "; the feet are not in the picture, so that the distance is a guess"
+    if view.background is None:
+        words += "; the background is the video's median, which may hold a part of the person"
+    if not pose.fits:
+        return Finding(
+            "first pose", "cannot be told", f"{words}: check camera, height and background, or give it; {better}"
+        )
+    return _written(draft, pose, f"{words}; {better}", fingerprint(skeleton, view, focal_sd))
+
+
+def _written(draft: Draft, pose: FoundPose, words: str, inputs: str) -> Finding:
+    """What should stand in the folder, where nothing of the user's own stands there."""
     if (draft.folder / INITIAL).exists() and not is_as_found(draft.folder / INITIAL):
         return Finding("first pose", "doubtful", f"{words}; {INITIAL} is there already and is not replaced")
     if draft.get("initial.angles") is not None:
@@ -181,9 +213,7 @@ def _first_pose(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: floa
     values: dict[str, object] = {"initial.angles": INITIAL}
     if pose.distance_sd_m is not None:
         values["initial.distance_sd_m"] = pose.distance_sd_m
-    return Finding(
-        "first pose", "missing", words, values, {INITIAL: lines_of(pose.angles, fingerprint(skeleton, view, focal_sd))}
-    )
+    return Finding("first pose", "missing", words, values, {INITIAL: lines_of(pose.angles, inputs)})
 
 
 def _when(keypoints: Keypoints) -> str:

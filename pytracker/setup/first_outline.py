@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker._core import InputError
 from pytracker.evidence.ambiguity import to_line
-from pytracker.evidence.complexion import gains_of_face
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters
+from pytracker.evidence.person import Box, largest_person
+from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -37,8 +35,8 @@ from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["Outlined", "first_outline"]
 
-CROWN_M, FACE_M = 0.11, 0.12
-"""The crown above the end of a skeleton's head, which is the middle of the face; and that below the crown."""
+CROWN_M = 0.11
+"""The crown above the end of a skeleton's head, which is the middle of the face."""
 HIPS_SHARE = 0.53
 """Of the height, from the floor up."""
 USUAL_M = 1.70
@@ -61,8 +59,6 @@ SHARES = (0.95, 0.75, 0.55)
 """Of a person's height that may be seen where the feet are not."""
 DISTANCE_SHARE = 0.08
 """An outline is so much taller or smaller than a skeleton: hair, shoes, holes in the foreground."""
-LEAST_M2 = 0.15
-"""Less foreground is nobody whole."""
 EXPLAINED, ON_PERSON = 0.85, 0.85
 """Shares of the foreground's points within 5 cm of a limb, and of the limbs' places on the foreground, of what fits."""
 NEAR_M = 0.05
@@ -100,7 +96,7 @@ def first_outline(
 
     Raises `InputError` where nobody is seen.
     """
-    evidence, box = _seen(image, background, _height_m(skeleton))
+    evidence, box = largest_person(image, background, _height_m(skeleton))
     return faced(skeleton, camera, lambda seen_by: _Fit(skeleton, seen_by, evidence, box).found(focal_sd))
 
 
@@ -108,28 +104,6 @@ def _height_m(skeleton: Skeleton) -> float:
     """From crown to sole of who stands straight."""
     near, ends, _ = skeleton.core.pose(np.zeros((1, len(skeleton.channels))))
     return float(ends[0, skeleton.bone("head"), 1] + CROWN_M - np.minimum(near, ends)[0, :, 1].min())
-
-
-def _seen(image: Image, background: Image, height_m: float) -> tuple[BodyEvidence, tuple[int, int, int, int]]:
-    """Evidence of the largest person, in white light, and their box: left, top, right, bottom, px."""
-    gains = (1.0, 1.0, 1.0)
-    px_per_m = image.shape[0] / (1.5 * height_m)
-    for _ in range(2):
-        evidence = Silhouette(background, px_per_m, SilhouetteParameters(gains=gains))(image)
-        gap = 2 * round(0.03 * px_per_m) + 1
-        closed = cv2.morphologyEx(evidence.foreground, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
-        _, _, stats, _ = cv2.connectedComponentsWithStats(closed)
-        sizes = np.asarray(stats)[1:]
-        if not len(sizes) or sizes[:, cv2.CC_STAT_AREA].max() < LEAST_M2 * px_per_m**2:
-            raise InputError(
-                "the first frame differs from the background by no person, expected one who is not in the background"
-            )
-        left, top, width, height, _ = (int(x) for x in sizes[int(np.argmax(sizes[:, cv2.CC_STAT_AREA]))])
-        px_per_m = height / height_m
-        crown = np.flatnonzero(evidence.foreground[top, left : left + width])
-        u = left + (float(crown.mean()) if len(crown) else 0.5 * width)
-        gains = gains_of_face(image, background, np.array([u, top + FACE_M * px_per_m]), px_per_m)
-    return evidence, (left, top, left + width, top + height)
 
 
 class _Fit:
@@ -140,7 +114,7 @@ class _Fit:
         skeleton: Skeleton,
         camera: WeakPerspective | Camera,
         evidence: BodyEvidence,
-        box: tuple[int, int, int, int],
+        box: Box,
     ) -> None:
         assert evidence.foreground_region is not None
         self.skeleton, self.camera, self.box = skeleton, camera, box
@@ -255,7 +229,7 @@ def _limbs(skeleton: Skeleton, poses: Array, wide: float) -> list[Limb]:
     return [(a, b, wide * radius) for a, b, radius in (*trunk, *worn, *others)]
 
 
-def _some_of(mask: Image, box: tuple[int, int, int, int], count: int) -> Array:
+def _some_of(mask: Image, box: Box, count: int) -> Array:
     """Pixels of a mask within a box, evenly over its area `(P, 2)`."""
     left, top, right, bottom = box
     rows, columns = np.nonzero(mask[top:bottom, left:right])
