@@ -35,7 +35,7 @@ fn particles(layers: &[(Mover, &[CueName])], len: usize, bias: bool) -> Tracker 
             .iter()
             .map(|(mover, cues)| ArmLayer { mover: *mover, cues: cues.to_vec(), blend: Blend::PRODUCT })
             .collect(),
-        len,
+        particles: len,
         resampling: Resampling::new(Scheme::Residual, 1.0).expect("a threshold"),
     };
     tracker(method, noise)

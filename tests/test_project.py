@@ -12,6 +12,7 @@ import pytest
 
 import pytracker as pt
 from pytracker.study.fingerprint import NO_NUMBERS
+from pytracker.tracking import found as found_by_python
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pytracker"
@@ -187,13 +188,28 @@ def test_what_changes_no_number_is_there() -> None:
 
 
 def test_the_core_has_the_defaults_of_the_methods() -> None:
-    """Who uses the crate without Python gets the same: read from the source, the unit that Python adds left out."""
+    """Who uses the crate without Python gets the same: read from the source."""
     text = (ROOT / "rust/arm/state.rs").read_text("utf-8")
     body = text[text.index("impl Default for Noise") :].split("bias: None")[0]
     ours = {name: float(value) for name, value in re.findall(r"(\w+): ([\d.]+),", body)}
-    theirs = {name.removesuffix("_m"): value for name, value in pt.Plain().parameters().items()}
+    theirs = pt.Plain().parameters()
     assert len(ours) == 12
     assert ours == {name: theirs[name] for name in ours}
+
+
+def test_numbers_that_both_languages_need_are_the_same() -> None:
+    """How many frames are smoothed together, the columns of a worn arm's state, and where its constants are."""
+
+    def number(file: str, name: str) -> int:
+        found = re.search(rf"const {name}: usize = (\d+);", (ROOT / file).read_text("utf-8"))
+        assert found is not None
+        return int(found[1])
+
+    assert found_by_python.WINDOW == number("rust/smoothing.rs", "WINDOW")
+    assert found_by_python.MOTION_COLUMNS == number("rust/arm/worn.rs", "CORE")
+    setup = "rust/arm/setup.rs"
+    assert (number(setup, "OF_ARM"), number(setup, "SHOULDER"), number(setup, "MOUNT")) == (7, 2, 5)
+    assert number(setup, "PER_CAMERA") == 5
 
 
 def test_every_public_name_is_documented() -> None:

@@ -72,8 +72,8 @@ impl ArmFilter {
             _ => None,
         };
         let filter = match method {
-            Method::Particles { layers, len, resampling } => {
-                let filter = ArmParticles::new(&arm, &noise, layers, len, resampling, seed)?;
+            Method::Particles { layers, particles, resampling } => {
+                let filter = ArmParticles::new(&arm, &noise, layers, particles, resampling, seed)?;
                 Filter::Particles(Box::new(filter))
             }
             Method::Gaussian { corrections } => Filter::Gaussian(ArmGaussian::new(&arm, &noise, corrections)?),

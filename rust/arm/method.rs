@@ -14,7 +14,7 @@ pub enum Method {
         /// Applied in order at every frame.
         layers: Vec<ArmLayer>,
         /// How many particles.
-        len: usize,
+        particles: usize,
         /// After each layer.
         resampling: Resampling,
     },

@@ -58,7 +58,7 @@ pub struct Noise {
     /// How long an IMU sample holds, s.
     pub hold_s: f64,
     /// Initial wrist, m per axis.
-    pub position_start_sd: f64,
+    pub position_start_sd_m: f64,
     /// Initial velocity, m/s per axis.
     pub velocity_start_sd: f64,
     /// Random walk of eq. (17), m/√s (the paper's 1 cm at 25 frames/s is 0.05).
@@ -68,7 +68,7 @@ pub struct Noise {
     /// Share of sightings that are something else, anywhere in the image; 0 is the paper.
     pub outlier_fraction: f64,
     /// Upper-arm length, m (paper: 0.01).
-    pub arm_length_sd: f64,
+    pub arm_length_sd_m: f64,
     /// Velocity while at rest, m/s per axis.
     pub rest_speed: f64,
     /// Specific force varies by less at rest, m/s² RMS over all axes.
@@ -108,7 +108,12 @@ impl Noise {
         require(positive(self.accel_density), "accel_density", self.accel_density, "a positive number of m/s/√s")?;
         require(positive(self.gap_density), "gap_density", self.gap_density, "a positive number of m/s/√s")?;
         require(positive(self.hold_s), "hold_s", self.hold_s, "a positive number of seconds")?;
-        require(zero_or_more(self.position_start_sd), "position_start_sd_m", self.position_start_sd, "0 m or more")?;
+        require(
+            zero_or_more(self.position_start_sd_m),
+            "position_start_sd_m",
+            self.position_start_sd_m,
+            "0 m or more",
+        )?;
         require(zero_or_more(self.velocity_start_sd), "velocity_start_sd", self.velocity_start_sd, "0 m/s or more")?;
         require(zero_or_more(self.walk_density), "walk_density", self.walk_density, "0 m/√s or more")?;
         require(positive(self.pixel_sd), "pixel_sd", self.pixel_sd, "a positive number of pixels")?;
@@ -118,7 +123,12 @@ impl Noise {
             self.outlier_fraction,
             "0 to below 1",
         )?;
-        require(positive(self.arm_length_sd), "arm_length_sd_m", self.arm_length_sd, "a positive length in metres")?;
+        require(
+            positive(self.arm_length_sd_m),
+            "arm_length_sd_m",
+            self.arm_length_sd_m,
+            "a positive length in metres",
+        )?;
         require(positive(self.rest_speed), "rest_speed", self.rest_speed, "a positive number of m/s")?;
         require(zero_or_more(self.rest_accel), "rest_accel", self.rest_accel, "0 m/s² or more")?;
         require(zero_or_more(self.rest_turn_rate), "rest_turn_rate", self.rest_turn_rate, "0 rad/s or more")?;
@@ -140,12 +150,12 @@ impl Default for Noise {
             accel_density: 0.1,
             gap_density: 3.0,
             hold_s: 0.05,
-            position_start_sd: 0.02,
+            position_start_sd_m: 0.02,
             velocity_start_sd: 0.02,
             walk_density: 0.05,
             pixel_sd: 4.0,
             outlier_fraction: 0.0,
-            arm_length_sd: 0.01,
+            arm_length_sd_m: 0.01,
             rest_speed: 0.01,
             rest_accel: 0.2,
             rest_turn_rate: 0.1,
@@ -245,7 +255,7 @@ impl Layout {
         let mut mean = DVector::zeros(self.dim);
         mean.fixed_rows_mut::<3>(POSITION).copy_from(&arm.wrist_start);
         let mut sd = DVector::zeros(self.dim);
-        sd.rows_mut(POSITION, 3).fill(noise.position_start_sd);
+        sd.rows_mut(POSITION, 3).fill(noise.position_start_sd_m);
         sd.rows_mut(VELOCITY, 3).fill(noise.velocity_start_sd);
         for (column, walk) in [(self.bias, noise.bias), (self.tilt, noise.tilt)] {
             if let (Some(column), Some(walk)) = (column, walk) {

@@ -106,3 +106,66 @@ impl Transition for Walk {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A column that walks, one that stays, and an arm of two that may be drawn anew.
+    fn walk(share: f64) -> Walk {
+        let arm = Anew { columns: vec![(2, [-1.0, 1.0]), (3, [0.0, 2.0])] };
+        Walk { sd: vec![0.1, 0.0, 0.2, 0.2], anew: vec![arm], share }
+    }
+
+    fn of(walk: &Walk, to: [f64; 4]) -> f64 {
+        let mut out = [0.0];
+        walk.log_densities(&[0.0, 0.5, 0.0, 1.0], &to, &mut out);
+        out[0]
+    }
+
+    fn assert_near(found: f64, expected: f64, within: f64) {
+        assert!((found - expected).abs() < within, "{found} is not {expected}");
+    }
+
+    fn normal(x: f64, sd: f64) -> f64 {
+        -0.5 * (x / sd).powi(2) - (sd * TAU.sqrt()).ln()
+    }
+
+    #[test]
+    fn near_it_is_the_walk_and_far_off_the_arm_drawn_anew() {
+        let near = normal(0.05, 0.1) + (0.9 * (normal(0.1, 0.2) + normal(0.1, 0.2)).exp() + 0.1 * 0.25).ln();
+        assert_near(of(&walk(0.1), [0.05, 0.5, 0.1, 1.1]), near, 1e-12);
+        let far = normal(0.0, 0.1) + (0.1f64 * 0.25).ln();
+        assert_near(of(&walk(0.1), [0.0, 0.5, 0.99, 0.01]), far, 1e-3);
+        assert!(of(&walk(0.0), [0.0, 0.5, 0.99, 0.01]) < far - 10.0);
+    }
+
+    /// What no joint allows is walked to only; what does not move stays.
+    #[test]
+    fn what_cannot_be_reached_is_minus_infinity() {
+        assert_eq!(of(&walk(0.1), [0.0, 0.6, 0.0, 1.0]), f64::NEG_INFINITY);
+        assert_eq!(of(&Walk { sd: vec![0.0; 4], ..walk(0.1) }, [0.0, 0.5, 1.5, 1.0]), f64::NEG_INFINITY);
+        assert!(of(&walk(0.1), [0.0, 0.5, 1.5, 1.0]).is_finite());
+    }
+
+    /// Over all places it adds up to one.
+    #[test]
+    fn it_is_a_density() {
+        let walk = Walk {
+            sd: vec![0.2, 0.2],
+            anew: vec![Anew { columns: vec![(0, [-1.0, 1.0]), (1, [0.0, 2.0])] }],
+            share: 0.3,
+        };
+        let step = 0.02;
+        let grid = || (-150..=250).map(move |k| step * f64::from(k));
+        let mut out = [0.0];
+        let sum: f64 = grid()
+            .flat_map(|x| grid().map(move |y| [x, y]))
+            .map(|to| {
+                walk.log_densities(&[0.1, 0.9], &to, &mut out);
+                out[0].exp() * step * step
+            })
+            .sum();
+        assert_near(sum, 1.0, 0.02);
+    }
+}

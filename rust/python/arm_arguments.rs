@@ -202,12 +202,12 @@ impl From<NoiseArgument> for Noise {
             accel_density: noise.accel_density,
             gap_density: noise.gap_density,
             hold_s: noise.hold_s,
-            position_start_sd: noise.position_start_sd_m,
+            position_start_sd_m: noise.position_start_sd_m,
             velocity_start_sd: noise.velocity_start_sd,
             walk_density: noise.walk_density,
             pixel_sd: noise.pixel_sd,
             outlier_fraction: noise.outlier_fraction,
-            arm_length_sd: noise.arm_length_sd_m,
+            arm_length_sd_m: noise.arm_length_sd_m,
             rest_speed: noise.rest_speed,
             rest_accel: noise.rest_accel,
             rest_turn_rate: noise.rest_turn_rate,
@@ -229,7 +229,7 @@ fn particles(p: &ParticlesArgument) -> Result<Method> {
     };
     Ok(Method::Particles {
         layers: p.layers.iter().map(layer).collect::<Result<_>>()?,
-        len: p.particles,
+        particles: p.particles,
         resampling: Resampling::new(Scheme::from_name(&p.resampling)?, p.ess_threshold)?,
     })
 }

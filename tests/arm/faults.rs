@@ -58,7 +58,7 @@ fn parameters_out_of_range_are_named() {
     assert_eq!(refuse(Noise { accel_density: 0.0, ..noise() }), "accel_density");
     assert_eq!(refuse(Noise { pixel_sd: -1.0, ..noise() }), "pixel_sd");
     assert_eq!(refuse(Noise { outlier_fraction: 1.0, ..noise() }), "outlier_fraction");
-    assert_eq!(refuse(Noise { arm_length_sd: f64::NAN, ..noise() }), "arm_length_sd_m");
+    assert_eq!(refuse(Noise { arm_length_sd_m: f64::NAN, ..noise() }), "arm_length_sd_m");
     assert_eq!(refuse(Noise { hold_s: f64::INFINITY, ..noise() }), "hold_s");
     let short = Arm { forearm_m: 0.0, ..arm() };
     let error = made(short, vec![view()], noise(), joint(10)).unwrap_err();

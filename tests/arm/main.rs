@@ -46,8 +46,8 @@ fn layer(mover: Mover, cues: &[CueName]) -> ArmLayer {
     ArmLayer { mover, cues: cues.to_vec(), blend: Blend::PRODUCT }
 }
 
-fn particles(layers: Vec<ArmLayer>, len: usize) -> Method {
-    Method::Particles { layers, len, resampling: Resampling::new(Scheme::Residual, 1.0).unwrap() }
+fn particles(layers: Vec<ArmLayer>, particles: usize) -> Method {
+    Method::Particles { layers, particles, resampling: Resampling::new(Scheme::Residual, 1.0).unwrap() }
 }
 
 fn joint(len: usize) -> Method {

@@ -121,7 +121,7 @@ fn two_cameras_fix_the_depth() {
     let views = vec![view(), View { camera, patch_offset: Vector3::zeros() }];
     let pixels: Vec<_> = views.iter().map(|v| v.camera.project(arm().wrist_start)).collect();
     let plain = || particles(vec![layer(Mover::Inertial, &[CueName::Colour])], 3000);
-    let wide = Noise { position_start_sd: 0.1, ..noise() };
+    let wide = Noise { position_start_sd_m: 0.1, ..noise() };
     let depth = |views: Vec<View>, pixels: &[Option<Vector2<f64>>]| {
         let mut tracker = made(arm(), views, wide.clone(), plain()).unwrap();
         tracker.predict(&recording().0[0]).unwrap();
@@ -142,7 +142,7 @@ fn an_outlier_is_tolerated_where_asked() {
     let (samples, _) = recording();
     let far = view().camera.project(arm().wrist_start + Vector3::new(0.3, 0.0, 0.0));
     let moved = |outlier_fraction| {
-        let noise = Noise { outlier_fraction, position_start_sd: 0.05, ..noise() };
+        let noise = Noise { outlier_fraction, position_start_sd_m: 0.05, ..noise() };
         let mut tracker = tracker(noise, particles(vec![layer(Mover::Inertial, &[CueName::Colour])], 2000));
         tracker.predict(&samples[0]).unwrap();
         (tracker.update(0.0, &[far]).unwrap().places[0].mean - arm().wrist_start).x

@@ -80,7 +80,7 @@ fn worn() -> Noise {
 fn method(which: u8) -> (Noise, Method) {
     let particles = |layers| {
         let resampling = Resampling::new(Scheme::Residual, 1.0).unwrap();
-        (Noise::default(), Method::Particles { layers, len: 30, resampling })
+        (Noise::default(), Method::Particles { layers, particles: 30, resampling })
     };
     let layer = |mover, cues: &[CueName]| ArmLayer { mover, cues: cues.to_vec(), blend: Blend::PRODUCT };
     let corrections = vec![CueName::ArmLength, CueName::Rest];

@@ -33,7 +33,7 @@ impl ArmLength {
     /// `forearm` is wrist to elbow in the world, m (eq. 2), known `stale_s` ago: since then the forearm may have
     /// turned at [`TURN_RATE`], and the elbow with it.
     pub fn new(arm: &Arm, forearm: Vector3<f64>, noise: &Noise, stale_s: f64) -> Self {
-        let sd = noise.arm_length_sd.hypot(arm.forearm_m * TURN_RATE * stale_s);
+        let sd = noise.arm_length_sd_m.hypot(arm.forearm_m * TURN_RATE * stale_s);
         Self { reach: forearm - arm.shoulder, upper_arm_m: arm.upper_arm_m, sd }
     }
 
@@ -123,5 +123,5 @@ impl Cue for UpperArmLength {
 /// Of the length, along the upper arm: itself, and a forearm that lies beside the sensor's axis or has turned unseen.
 fn length_sd(posed: &Posed<'_>, along: Vector3<f64>) -> f64 {
     let turn = posed.noise.forearm_sd.hypot(TURN_RATE * posed.moment.stale_s);
-    posed.noise.arm_length_sd.hypot(turn * along.cross(&posed.forearm).norm())
+    posed.noise.arm_length_sd_m.hypot(turn * along.cross(&posed.forearm).norm())
 }

@@ -55,7 +55,7 @@ impl Cue for Direction {
         }
         let by_length = measured * measured.transpose();
         let across = (Matrix3::identity() - by_length) * (length * self.sd).powi(2);
-        let noise = by_length * posed.noise.arm_length_sd.powi(2) + across + posed.beside_forearm();
+        let noise = by_length * posed.noise.arm_length_sd_m.powi(2) + across + posed.beside_forearm();
         let residual = DVector::from_column_slice((along * length - upper_arm).as_slice());
         Ok(Some((residual, slope, DMatrix::from_column_slice(3, 3, noise.as_slice()))))
     }
