@@ -205,8 +205,8 @@ def test_numbers_that_both_languages_need_are_the_same() -> None:
         assert found is not None
         return int(found[1])
 
-    assert found_by_python.WINDOW == number("rust/smoothing.rs", "WINDOW")
-    assert found_by_python.MOTION_COLUMNS == number("rust/arm/worn.rs", "CORE")
+    assert number("rust/smoothing.rs", "WINDOW") == found_by_python.WINDOW
+    assert number("rust/arm/worn.rs", "CORE") == found_by_python.MOTION_COLUMNS
     setup = "rust/arm/setup.rs"
     assert (number(setup, "OF_ARM"), number(setup, "SHOULDER"), number(setup, "MOUNT")) == (7, 2, 5)
     assert number(setup, "PER_CAMERA") == 5
