@@ -119,3 +119,6 @@ def test_people_in_another_light(
         assert np.median(np.linalg.norm(joint.mean - at, axis=1)) < 0.125
         assert ((joint.lo <= at) & (at <= joint.hi)).mean() > 0.8
     assert track.valid.mean() > 0.6
+    (words,) = pt.doubts(track)
+    assert "the light is dim or of another colour" in words
+    assert np.multiply(track.gains, gains) == pytest.approx(np.ones(3), abs=0.15)

@@ -68,6 +68,8 @@ class BodyTrack(Track):
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
         shown: the evidence of a frame about the middle; None without a video.
+        gains: of blue, green and red, by which pictures were multiplied to have the face of the first frame as faces
+            usually are; all one in usual light.
     """
 
     method: BodyMethod
@@ -81,6 +83,7 @@ class BodyTrack(Track):
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
     shown: Shown | None = None
+    gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
     @property
     def channels(self) -> Mapping[str, Array]:
@@ -191,6 +194,8 @@ def track_body(
     found.filter_s += time.perf_counter() - began
     stage_s = {"background": background_s, "evidence": senses.run_s, "filter": found.filter_s}
     track = _assemble(recording, method, seed, tracker, found, watched, stage_s)
+    if senses.silhouette is not None:
+        track = replace(track, gains=senses.silhouette.parameters.gains)
     if found.lost:
         loss = TrackingError(found.lost)
         loss.track = track

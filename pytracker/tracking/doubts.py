@@ -243,6 +243,23 @@ Track.doubter = staticmethod(doubts)
 
 @doubts.register
 def _(track: BodyTrack) -> tuple[str, ...]:
+    return (*_of_light(track), *_of_first_pose(track))
+
+
+def _of_light(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where the face of the first frame is not as faces usually are, and was made so."""
+    if track.gains == (1.0, 1.0, 1.0):
+        return ()
+    blue, green, red = track.gains
+    return (
+        f"{where_of(track.recording)}: the light is dim or of another colour than the camera took it for, or the face "
+        f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and {red:.2f} "
+        "(red), which makes that face as faces usually are",
+    )
+
+
+def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:
+    """The first that is found to be wrong with first pose, keypoints or foreground."""
     where = where_of(track.recording)
     if lies := _lies(track):
         return lies
