@@ -253,8 +253,8 @@ def _of_light(track: BodyTrack) -> tuple[str, ...]:
     blue, green, red = track.gains
     return (
         f"{where_of(track.recording)}: the light is dim or of another colour than the camera took it for, or the face "
-        f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and {red:.2f} "
-        "(red), which makes that face as faces usually are",
+        f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and "
+        f"{red:.2f} (red), which makes that face as faces usually are",
     )
 
 
