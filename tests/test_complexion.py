@@ -51,6 +51,7 @@ def test_light_is_taken_off(gains: tuple[float, float, float]) -> None:
         ((45, 60, 85), WALL),  # a darker one: the wall says that there is light enough
         ((20, 24, 28), WALL),  # dark hair, seen from behind
         ((150, 140, 20), WALL),  # a teal cap
+        ((150, 155, 175), WALL),  # pale skin: the wall is grey, and stays so
         ((3, 3, 3), (5, 5, 5)),  # the night
     ],
 )

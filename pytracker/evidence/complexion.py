@@ -2,7 +2,8 @@
 
 Thresholds on colour hold for a camera that knows what is white, and for light enough. The first pose shows where a face
 is. Where that is as faces usually are nothing is done, to the bit; else every picture is multiplied, channel by channel
-(von Kries' rule), so that it is.
+(von Kries' rule), so that it is, if that makes the scene behind greyer too (Buchsbaum's grey world); or by one number,
+where that is enough.
 """
 
 from __future__ import annotations
@@ -60,8 +61,28 @@ def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float)
     face = max(parts, key=lambda part: float(np.median(_ycc(part)[:, 1])))
     if _is_usual(middle) or _is_usual(face) or not _may_be_one(face, image):
         return NONE
-    blue, green, red = (TYPICAL_BGR / np.maximum(np.median(face, axis=0), 1.0)).tolist()
+    seen = np.maximum(np.median(face, axis=0), 1.0)
+    white = TYPICAL_BGR / seen
+    lighter = np.full(3, float(np.exp(np.log(white).mean())))
+    # Skin that is pale or tanned before a wall that is grey is not the light's doing.
+    if _colourfulness(background, white) < _colourfulness(background, lighter):
+        return _three(white)
+    return _three(lighter) if _is_usual(_gained(np.rint(seen)[None], lighter)) else NONE
+
+
+def _three(gains: Array) -> tuple[float, float, float]:
+    blue, green, red = gains.tolist()
     return blue, green, red
+
+
+def _gained(bgr: Array, gains: Array) -> Image:
+    return np.asarray(np.clip(np.rint(bgr * gains), 0, 255), dtype=np.uint8)
+
+
+def _colourfulness(background: Image, gains: Array) -> float:
+    """How far a scene is from grey on the whole, once it is multiplied."""
+    _, cr, cb = _ycc(_gained(background.reshape(-1, 3).mean(axis=0)[None] / gains.max(), gains))[0]
+    return float(np.hypot(cr - 128.0, cb - 128.0))
 
 
 def _person(image: Image, background: Image, middle: Array, radius_px: float) -> Image:
