@@ -30,8 +30,8 @@ TYPICAL_BGR = np.array([87.0, 103.0, 150.0])
 """The same."""
 LEAST_SHIFT = 8.0
 """A face is as usual whose Cr and Cb are no farther off."""
-DIM, GLARING = 85.0, 150.0
-"""And whose Y is between these."""
+DIM = 85.0
+"""And whose Y is not below this; what is too bright has lost what would mend it."""
 MOST_SHIFT = 30.0
 """What is farther off is no face, in any light that a camera may have taken for white."""
 EVEN = 26.0
@@ -67,7 +67,8 @@ def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float)
     # Skin that is pale or tanned before a wall that is grey is not the light's doing.
     if _colourfulness(background, white) < _colourfulness(background, lighter):
         return _three(white)
-    return _three(lighter) if _is_usual(_gained(np.rint(seen)[None], lighter)) else NONE
+    is_dim = lighter[0] > 1.0 and _is_usual(_gained(np.rint(seen)[None], lighter))
+    return _three(lighter) if is_dim else NONE
 
 
 def _three(gains: Array) -> tuple[float, float, float]:
@@ -101,7 +102,7 @@ def _ycc(bgr: Image) -> Array:
 
 def _is_usual(bgr: Image) -> bool:
     bright, *colour = np.median(_ycc(bgr), axis=0)
-    return bool((np.abs(np.array(colour) - TYPICAL_YCC[1:]) <= LEAST_SHIFT).all() and DIM <= bright <= GLARING)
+    return bool((np.abs(np.array(colour) - TYPICAL_YCC[1:]) <= LEAST_SHIFT).all() and bright >= DIM)
 
 
 def _may_be_one(bgr: Image, image: Image) -> bool:
