@@ -177,3 +177,10 @@ def test_a_date_that_is_none_is_named(tmp_path: Path) -> None:
     path.write_text("time,acc_x,acc_y,acc_z\n2024-02-28 12:00:00.00,0,0,9.8\n2024-02-31 12:00:00.01,0,0,9.8\n")
     with pytest.raises(pt.InputError, match=r"imu\.csv:3: time is '2024-02-31 12:00:00.01', expected a date and time"):
         read_imu(path)
+
+
+def test_a_quoted_cell_without_end_is_no_other_error(tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text('time_s,acc_x,acc_y,acc_z\n0,0,0,"' + "9" * 200_000 + "\n")
+    with pytest.raises(pt.InputError, match=r"imu\.csv:2: acc_z is"):
+        read_imu(path)

@@ -109,7 +109,10 @@ def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:
 
     Where spaces delimit and empty cells have run together, the missing ones are taken to stand after the first.
     """
-    cells = next(csv.reader([line], delimiter=delimiter)) if '"' in line else line.split(delimiter)
+    try:
+        cells = next(csv.reader([line], delimiter=delimiter)) if '"' in line else line.split(delimiter)
+    except csv.Error:  # such as a cell of more than 131 072 characters
+        cells = line.split(delimiter)
     if len(cells) == expected + 1 and not cells[-1].strip():
         cells = cells[:-1]
     if delimiter == " " and len(cells) != expected:
