@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.evidence.ambiguity import to_line
+from pytracker.evidence.borne_out import CROWN_M
 from pytracker.evidence.person import Box, largest_person
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.formats.video import Image
@@ -35,8 +36,6 @@ from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["Outlined", "first_outline"]
 
-CROWN_M = 0.11
-"""The crown above the end of a skeleton's head, which is the middle of the face."""
 HIPS_SHARE = 0.53
 """Of the height, from the floor up."""
 USUAL_M = 1.70
