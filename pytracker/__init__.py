@@ -20,14 +20,17 @@ accelerometer at rest, z up, reads +9.81. Units are in the name where a bare num
 
 from __future__ import annotations
 
-import signal as _signal
 import sys as _sys
 
-if (
-    _sys.orig_argv[1:3] == ["-m", "pytracker"] or "".join(_sys.argv[:1]).endswith(("/pytracker", "\\pytracker"))
-) and _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+if _sys.orig_argv[1:3] == ["-m", "pytracker"] or "".join(_sys.argv[:1]).endswith(("/pytracker", "\\pytracker")):
     # The command line: until `pytracker.cli` takes over, Ctrl-C ends it without a traceback of half an import.
-    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    try:
+        import signal as _signal
+
+        if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+            _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    except KeyboardInterrupt:
+        raise SystemExit(130) from None
 
 from pytracker._core import Estimate, InputError, Observation, Tracker, TrackingError, __version__
 from pytracker.evidence import Sightings
