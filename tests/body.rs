@@ -187,7 +187,15 @@ fn a_wild_keypoint_says_nothing_and_the_nearest_person_is_followed() {
     assert!(lost(&figure, &[0.0], arm)[0] < 1e-3);
     let people = [person(60.0), person(4.0), person(-50.0)];
     let expected = figure.seen(&projection(), &[0.0]);
-    assert_eq!(nearest(&people, &figure, &expected, KEYPOINT_PARAMETERS), Some(&people[1]));
+    assert_eq!(nearest(&people, &figure, &expected, KEYPOINT_PARAMETERS), Some(people[1]));
+    // As it came, or with left and right as the figure has them.
+    let mut mirrored = people[1];
+    [[1, 2], [3, 4], [5, 6], [7, 8]].iter().for_each(|[left, right]| mirrored.swap(*left, *right));
+    assert_eq!(nearest(&[people[2], mirrored], &figure, &expected, KEYPOINT_PARAMETERS), Some(people[1]));
+    // Hands that cross are not exchanged.
+    let mut crossed = people[1];
+    crossed.swap(5, 6);
+    assert_eq!(nearest(&[crossed], &figure, &expected, KEYPOINT_PARAMETERS), Some(crossed));
     assert_eq!(nearest(&[person(900.0)], &figure, &expected, KEYPOINT_PARAMETERS), None);
     assert_eq!(nearest(&[], &figure, &expected, KEYPOINT_PARAMETERS), None);
 }

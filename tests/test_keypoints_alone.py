@@ -19,6 +19,9 @@ import pytracker as pt
 from pytracker.rotation import Array
 from pytracker.setup import check
 
+OTHER_SIDE = [0, 2, 1, 4, 3, 6, 5, 8, 7]
+"""Of `pytracker.evidence.KEYPOINTS`, left for right."""
+
 
 def alone(folder: Path, to: Path, size: str, rate_hz: float) -> Path:
     """The same folder with its keypoints, and no video."""
@@ -114,6 +117,31 @@ def test_keypoints_alone_that_do_not_bear_the_pose_out_are_told(sensed: Path, tm
     )
     (doubt,) = pt.doubts(pt.track(changed_points(recording, narrow), pt.Partitioned(), 1))
     assert re.search(r"the keypoints of the arms lie \d+ cm beside the first pose, expected at most 10 cm", doubt)
+
+
+@pytest.mark.parametrize(("of", "words"), [(slice(30, 60), " of 150 frames, first in frame 30"), (slice(None), "mirror")])
+@pytest.mark.parametrize("method", [pt.Partitioned(), pt.BodySmooth()])
+def test_left_and_right_that_a_detector_exchanges_are_put_right(
+    sensed: Path, tmp_path: Path, of: slice, words: str, method: pt.Partitioned
+) -> None:
+    """With a picture and without."""
+
+    def exchanged(_: Any, points: Array) -> None:
+        points[of] = points[of][..., OTHER_SIDE, :]
+
+    for folder in (sensed, alone(sensed, tmp_path / "alone", "[320, 240]", 30.0)):
+        recording = without(load(folder))
+        right, track = (pt.track(r, method, 1) for r in (recording, changed_points(recording, exchanged)))
+        off_m, usual_m = (
+            np.mean([pt.evaluate(of, recording.truth).joints[joint].across_m for joint in WRISTS])
+            for of in (track, right)
+        )
+        assert off_m < usual_m + 0.01
+        assert track.valid.mean() > right.valid.mean() - 0.05
+        (doubt,) = pt.doubts(track)
+        assert "left and right of the keypoints are exchanged" in doubt
+        assert words in doubt
+        assert not track.points_exchanged[:30].any() or of == slice(None)  # type: ignore[attr-defined]
 
 
 def test_keypoints_alone_are_counted_as_their_files_are(sensed: Path, tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def said(rows: Array, tracked: Array) -> str:
     looked = TrunkSeen(CAMERA)
     joints = SKELETON.joints(tracked)
     for frame, points in enumerate(points_of(rows)):
-        looked.look(frame / RATE_HZ, {name: at[frame] for name, at in joints.items()}, points)
+        looked.look(frame / RATE_HZ, {name: at[frame] for name, at in joints.items()}, points[0])
     return looked.reasons()[-1]
 
 
@@ -99,7 +99,7 @@ def test_hips_at_the_pictures_edge_are_no_step_nearer() -> None:
     for seen in (longer, points):
         looked = TrunkSeen(CAMERA)
         for frame, people in enumerate(seen):
-            looked.look(frame / RATE_HZ, joints, people)
+            looked.look(frame / RATE_HZ, joints, people[0])
         last.append(looked.reasons()[-1])
     assert last == ["comes nearer than is tracked", ""]
 
@@ -108,7 +108,7 @@ def test_frames_without_points_say_nothing() -> None:
     looked = TrunkSeen(CAMERA)
     joints = {name: at[0] for name, at in SKELETON.joints(poses(1)).items()}
     looked.look(0.0, joints, None)
-    looked.look(0.1, joints, np.full((1, 9, 3), np.nan))
+    looked.look(0.1, joints, np.full((9, 3), np.nan))
     assert looked.reasons() == ["", ""]
 
 

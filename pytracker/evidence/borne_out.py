@@ -94,15 +94,23 @@ class BorneOut:
         self._nobodys: list[float] = []
 
     def look(
-        self, time_s: float, joints: Mapping[str, Array], sds: Mapping[str, Array], evidence: BodyEvidence
+        self,
+        time_s: float,
+        joints: Mapping[str, Array],
+        sds: Mapping[str, Array],
+        evidence: BodyEvidence,
+        points: Array | None = None,
     ) -> None:
-        """Take a frame's mean joints and their standard deviations, `(3,)` each, world, m, and what it shows."""
+        """Take a frame's mean joints and their standard deviations, `(3,)` each, world, m, and what it shows.
+
+        `points` are a detector's of who is followed `(9, 3)`, px; None where there are none.
+        """
         names = list(joints)
         places = np.stack([joints[name] for name in names])
         pixels = dict(zip(names, self._camera.project(places), strict=True))
         px_per_m = float(self._camera.px_per_m(places[:1])[0])
         skin, person = evidence.skin_region, evidence.foreground_region
-        told = self._by_keypoints(evidence.keypoints, px_per_m, pixels)
+        told = _by_points(points, px_per_m, pixels)
         # Where a joint's own point is, masks tell nothing more of it.
         is_there = {joint for joint, off in told.items() if off < FAR_M}
         self._time_s.append(time_s)
@@ -134,13 +142,6 @@ class BorneOut:
         )
         return [off / px_per_m for off in wrists_may_be_off(skin, px_per_m, (left, right), _head(pixels))]
 
-    def _by_keypoints(self, points: Array | None, px_per_m: float, pixels: Mapping[str, Array]) -> dict[str, float]:
-        """How far from the nearest point of its own every joint of the arms is, m; those left out that have none."""
-        if points is None or not len(points):
-            return {}
-        apart = {joint: np.linalg.norm(points[:, KEYPOINTS.index(joint), :2] - pixels[joint], axis=1) for joint in ARMS}
-        return {joint: float(np.nanmin(off)) / px_per_m for joint, off in apart.items() if np.isfinite(off).any()}
-
     def reasons(self) -> list[dict[str, str]]:
         """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""
         time_s = np.array(self._time_s)
@@ -156,6 +157,14 @@ class BorneOut:
             for frame, joint in np.argwhere(rows > limit):
                 reasons[frame][joints[joint]] = why
         return reasons
+
+
+def _by_points(points: Array | None, px_per_m: float, pixels: Mapping[str, Array]) -> dict[str, float]:
+    """How far from its own point every joint of the arms is, m; those left out that have none."""
+    if points is None:
+        return {}
+    apart = {joint: float(np.linalg.norm(points[KEYPOINTS.index(joint), :2] - pixels[joint])) for joint in ARMS}
+    return {joint: off / px_per_m for joint, off in apart.items() if np.isfinite(off)}
 
 
 def _across(camera: Camera | WeakPerspective) -> Array:

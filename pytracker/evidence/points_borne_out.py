@@ -6,15 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker._core import KEYPOINTS
 from pytracker.evidence.borne_out import ARMS, WINDOW_S
+from pytracker.evidence.followed import LIMBS, limbs_off_m
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
 __all__ = ["PointsBorneOut", "median_of_known"]
 
-LIMBS = (*ARMS, "left_shoulder", "right_shoulder")
-"""Joints that every detector means alike; heads and hips it does not."""
 ELSEWHERE_M = 0.15
 """A joint so far from its point is not where it is thought to be; right ones are 2 to 4 cm off."""
 
@@ -31,26 +29,13 @@ class PointsBorneOut:
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
         self._time_s: list[float] = []
-        self._off_m: list[list[float]] = []
+        self._off_m: list[Array] = []
 
-    def look(self, time_s: float, joints: Mapping[str, Array], keypoints: Array | None) -> None:
-        """Take a frame's mean joints, `(3,)` each, world, m, and the points of everyone in it `(P, 9, 3)`, px."""
+    def look(self, time_s: float, joints: Mapping[str, Array], points: Array | None) -> None:
+        """Take a frame's mean joints, `(3,)` each, world, m, and the points of who is followed `(9, 3)`, px."""
         self._time_s.append(time_s)
-        self._off_m.append(self._apart_m(joints, keypoints))
-
-    def _apart_m(self, joints: Mapping[str, Array], keypoints: Array | None) -> list[float]:
-        """How far each of `LIMBS` is from its point across the picture, m; NaN where it is not seen.
-
-        Of several people the one whose points are nearest.
-        """
-        if keypoints is None or not len(keypoints):
-            return [np.nan] * len(LIMBS)
-        places = np.stack([joints[name] for name in LIMBS])
-        at = [KEYPOINTS.index(name) for name in LIMBS]
-        apart = np.linalg.norm(keypoints[:, at, :2] - self._camera.project(places), axis=2)
-        apart = apart / self._camera.px_per_m(places)
-        means = [float(np.nanmean(person)) if np.isfinite(person).any() else np.inf for person in apart]
-        return [float(x) for x in apart[int(np.argmin(means))]]
+        none = np.full(len(LIMBS), np.nan)
+        self._off_m.append(none if points is None else limbs_off_m(self._camera, joints, points[None])[0])
 
     @property
     def median_off_m(self) -> Array:

@@ -24,6 +24,12 @@ Progress = Callable[[str, int], None]
 
 SAME_FRAME_S = 1e-3
 """Frames of several cameras nearer than this, and than frames of one camera are, are one observation."""
+SKIPPED = 1.5
+"""Frames farther apart than so many usual intervals do not follow one another."""
+QUARTER = 0.3186
+"""A quarter of what is normally distributed is nearer to its mean, in standard deviations."""
+ENOUGH = 200
+"""Fewer differences do not tell a spread."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +71,24 @@ class Sightings:
     def valid(self) -> NDArray[np.bool_]:
         """Whether any camera saw the patch, `(T,)`."""
         return _seen(self.pixels)
+
+    @property
+    def jitter_px(self) -> float:
+        """How uncertain a single centre is along an axis, px, as it jumps from frame to frame; NaN of too few frames.
+
+        By the third difference over frames, of the camera that is worst: noise is in every frame, and movement that
+        three frames do not foretell in some; so it is a quarter of them, the steadiest, that tells.
+        """
+        pixels, steps_s = self.pixels.copy(), np.diff(self.time_s)
+        if len(steps_s):
+            pixels[1:][steps_s > SKIPPED * np.median(steps_s)] = np.nan
+        jumps = np.abs(np.diff(pixels, n=3, axis=0))
+        spreads = [
+            np.quantile(known, 0.25) / (QUARTER * np.sqrt(20.0))
+            for camera in range(pixels.shape[1])
+            if len(known := (of := jumps[:, camera])[np.isfinite(of)]) >= ENOUGH
+        ]
+        return float(max(spreads, default=np.nan))
 
     @staticmethod
     def of(time_s: Array, pixels: Array, landmarks: tuple[Landmarks, ...] = ()) -> Sightings:

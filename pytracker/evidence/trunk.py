@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.borne_out import WINDOW_S
+from pytracker.evidence.followed import followed
 from pytracker.evidence.points_borne_out import median_of_known
 from pytracker.formats.video import probe
 from pytracker.recording.camera import Camera, WeakPerspective
@@ -49,8 +50,8 @@ def distance_changes(recording: BodyRecording) -> bool:
     rate_hz = view.rate_hz if view.video is None else probe(view.video).rate_hz
     first = {name: rows[0] for name, rows in recording.skeleton.joints(recording.initial[None]).items()}
     trunk = TrunkSeen(view.camera)
-    for frame, points in zip(view.keypoints.frames, view.keypoints.points, strict=True):
-        trunk.look(frame / (rate_hz or USUAL_HZ), first, points)
+    for frame, people in zip(view.keypoints.frames, view.keypoints.points, strict=True):
+        trunk.look(frame / (rate_hz or USUAL_HZ), first, followed(view.camera, first, people)[0])
     length, width = trunk.ratios().T
     return float(np.mean(_is_nearer(length, width) | ((length < 1.0) & (length * width < LEAVING)))) > OFTEN
 
@@ -82,29 +83,24 @@ class TrunkSeen:
         self._time_s: list[float] = []
         self._ratios: list[tuple[float, float]] = []
 
-    def look(self, time_s: float, joints: Mapping[str, Array], keypoints: Array | None) -> None:
-        """Take a frame's mean joints, `(3,)` each, world, m, and the points of everyone in it `(P, 9, 3)`, px."""
+    def look(self, time_s: float, joints: Mapping[str, Array], points: Array | None) -> None:
+        """Take a frame's mean joints, `(3,)` each, world, m, and the points of who is followed `(9, 3)`, px."""
         self._time_s.append(time_s)
-        self._ratios.append(self._ratio(joints, keypoints))
+        self._ratios.append(self._ratio(joints, points))
 
-    def _ratio(self, joints: Mapping[str, Array], keypoints: Array | None) -> tuple[float, float]:
+    def _ratio(self, joints: Mapping[str, Array], points: Array | None) -> tuple[float, float]:
         """Seen over tracked, length and width of the trunk; NaN where not all of its corners are seen."""
-        if keypoints is None or not len(keypoints):
+        if points is None:
             return np.nan, np.nan
         left, right, root = self._camera.project(
             np.stack([joints[n] for n in ("left_shoulder", "right_shoulder", "root")])
         )
         neck = 0.5 * (left + right)
-        seen = keypoints[:, CORNERS, :2]
-        middle = 0.5 * (seen[:, 0] + seen[:, 1])
-        apart = np.linalg.norm(middle - neck, axis=1)
-        if not np.isfinite(apart).any():
-            return np.nan, np.nan
-        nearest = int(np.nanargmin(apart))
-        hips = 0.5 * (seen[nearest, 2] + seen[nearest, 3])
+        left_seen, right_seen, left_hip, right_hip = points[CORNERS, :2]
+        middle, hips = 0.5 * (left_seen + right_seen), 0.5 * (left_hip + right_hip)
         with np.errstate(divide="ignore", invalid="ignore"):
-            length = np.linalg.norm(middle[nearest] - hips) / np.linalg.norm(neck - root)
-            width = np.linalg.norm(seen[nearest, 0] - seen[nearest, 1]) / np.linalg.norm(left - right)
+            length = np.linalg.norm(middle - hips) / np.linalg.norm(neck - root)
+            width = np.linalg.norm(left_seen - right_seen) / np.linalg.norm(left - right)
         return float(length), float(width)
 
     def ratios(self) -> Array:

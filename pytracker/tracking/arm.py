@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -22,6 +22,8 @@ STRETCH = 200
 """Frames tracked between two calls of the progress function, at the most."""
 PARTICLE_FRAMES = 4_000_000
 """So many particles times frames are a second's work: whoever stops a run does not wait for longer."""
+JITTERY = 1.5
+"""Centres that jump by so many times `pixel_sd` are as uncertain as they show."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,7 +62,8 @@ def track_arm(
 
     `sightings` are patch centres found before or elsewhere; without them the videos are searched. `threads`
     limits how many work on a large particle set and does not change the result. Where the recording says how well
-    something is known, that stands for the method's own parameter.
+    something is known, that stands for the method's own parameter; so does what the centres show, where they jump from
+    frame to frame by more than 1.5 times `pixel_sd` (`Sightings.jitter_px`).
 
     Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
     beyond recovery; its `track` attribute then holds the frames before, where there are any.
@@ -70,6 +73,8 @@ def track_arm(
     if sightings is None:
         sightings = sight(recording, progress=progress)
     seen = time.perf_counter()
+    if sightings.jitter_px > JITTERY * method.pixel_sd:
+        method = replace(method, pixel_sd=sightings.jitter_px)
     tracker = Tracker(recording, method, seed)
     particles = method.particles if isinstance(method, ParticleMethod) else 1
     at_once = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, particles)))

@@ -8,9 +8,11 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEY_JOINTS, InputError, Observation, Tracker, TrackingError
 from pytracker.evidence.borne_out import BorneOut, head_off
+from pytracker.evidence.followed import followed
 from pytracker.evidence.points_borne_out import PointsBorneOut
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings
@@ -67,6 +69,7 @@ class BodyTrack(Track):
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
+        points_exchanged: in which frames left and right of the keypoints had to be exchanged for that `(T,)`.
         shown: the evidence of a frame about the middle; None without a video.
         gains: of blue, green and red, by which pictures were multiplied to have the face of the first frame as faces
             usually are; all one in usual light.
@@ -82,6 +85,7 @@ class BodyTrack(Track):
     head_off_m: Array
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
+    points_exchanged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     shown: Shown | None = None
     gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
 
@@ -105,7 +109,8 @@ class _Watched:
         self.stature = StatureSeen(self.camera, ends[0], self._first["head"], is_median=is_median)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
-        self.points: list[tuple[float, Array | None]] = []
+        self.people: list[tuple[float, Array | None]] = []
+        self.exchanged: list[bool] = []
         self.points_off_m = float("nan")
         self.points_astray_m = np.zeros(0)
         self._shown: tuple[Shown, ...] = ()
@@ -113,22 +118,23 @@ class _Watched:
         self.has_keypoints = recording.view.keypoints is not None
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
-        evidence, is_first = observation.evidence, not self.points
-        self.points.append((observation.time_s, evidence.keypoints))
+        evidence, is_first = observation.evidence, not self.people
+        self.people.append((observation.time_s, evidence.keypoints))
         if is_first:
             at_first = PointsBorneOut(self.camera)
-            at_first.look(observation.time_s, self._first, evidence.keypoints)
+            at_first.look(observation.time_s, self._first, followed(self.camera, self._first, evidence.keypoints)[0])
             self.points_off_m = float(at_first.median_off_m[0])
         if self.is_alone:
             return
-        self._show(len(self.points) - 1, observation.index or 0, evidence)
+        self._show(len(self.people) - 1, observation.index or 0, evidence)
         means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
         if is_first:
             self.head_off_m = head_off(self.camera, self._first, evidence)
-        self.borne_out.look(observation.time_s, means, sds, evidence)
+        points, _ = followed(self.camera, means, evidence.keypoints)
+        self.borne_out.look(observation.time_s, means, sds, evidence, points)
         if not self.has_keypoints:
             self.stature.look(observation.time_s, means, evidence.foreground)
-        if (len(self.points) - 1) % LOOK_EVERY == 0:
+        if (len(self.people) - 1) % LOOK_EVERY == 0:
             self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
 
     @property
@@ -149,10 +155,12 @@ class _Watched:
         Keypoints are asked of what was made of them in the end, pictures, which are too many to be kept, as they came.
         """
         points, trunk = PointsBorneOut(self.camera), TrunkSeen(self.camera)
-        for row, (time_s, keypoints) in enumerate(self.points):
+        for row, (time_s, people) in enumerate(self.people):
             means = {name: table[name][row][0] for name in KEY_JOINTS}
-            trunk.look(time_s, means, keypoints)
-            points.look(time_s, means, keypoints)
+            theirs, is_exchanged = followed(self.camera, means, people)
+            trunk.look(time_s, means, theirs)
+            points.look(time_s, means, theirs)
+            self.exchanged.append(is_exchanged)
         self.points_astray_m = points.median_off_m
         seen = points.reasons() if self.is_alone else self.borne_out.reasons()
         moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
@@ -258,6 +266,7 @@ def _assemble(
         head_off_m=watched.head_off_m,
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(watched.points_astray_m),
+        points_exchanged=np.array(watched.exchanged + [False] * (found.count - found.tracked)),
         shown=watched.shown,
         stage_s=stage_s,
         lost=found.lost,

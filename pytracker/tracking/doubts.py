@@ -77,6 +77,8 @@ POINTS_ON_M = 0.05
 POINTS_ASTRAY_M = 0.3
 ASTRAY_SHARE = 0.1
 """Nor may they lie so far from the track in so many of the frames."""
+FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
+"""Where a detector takes left for right in a few frames, no word is lost; in most, more than the detector is wrong."""
 
 LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
@@ -97,7 +99,7 @@ def doubts(track: Track) -> tuple[str, ...]:
 
 @doubts.register
 def _(track: ArmTrack) -> tuple[str, ...]:
-    return *(_of_arm_alone(track) or _of_elbow(track)), *of_upper_arm(track)
+    return *_of_jitter(track), *(_of_arm_alone(track) or _of_elbow(track)), *of_upper_arm(track)
 
 
 def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
@@ -110,6 +112,17 @@ def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
         return _of_setup(track_arm(recording, track.method, track.seed, sightings=sightings))
     except TrackingError:
         return ()
+
+
+def _of_jitter(track: ArmTrack) -> tuple[str, ...]:
+    """A sentence where centres of the patch jump by more than the method expects, and were taken to be as uncertain."""
+    if track.method.pixel_sd != track.sightings.jitter_px:
+        return ()
+    return (
+        f"{where_of(track.recording)}: the centre of the patch jumps by {track.sightings.jitter_px:.1f} px from frame "
+        "to frame (standard deviation along an axis), more than pixel_sd allows, and was taken to be as uncertain as "
+        "that: is the patch large, sharp and of one colour, and is its track on it?",
+    )
 
 
 def _of_elbow(track: ArmTrack) -> tuple[str, ...]:
@@ -243,7 +256,7 @@ Track.doubter = staticmethod(doubts)
 
 @doubts.register
 def _(track: BodyTrack) -> tuple[str, ...]:
-    return (*_of_light(track), *_of_first_pose(track))
+    return (*_of_light(track), *_of_sides(track), *_of_first_pose(track))
 
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:
@@ -256,6 +269,20 @@ def _of_light(track: BodyTrack) -> tuple[str, ...]:
         f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and "
         f"{red:.2f} (red), which makes that face as faces usually are",
     )
+
+
+def _of_sides(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where left and right of keypoints are not the pose's, and were exchanged."""
+    frames = np.flatnonzero(track.points_exchanged)
+    if len(frames) <= FEW_EXCHANGED * len(track.time_s):
+        return ()
+    said = (
+        f"{where_of(track.recording)}: in {len(frames)} of {len(track.time_s)} frames, first in frame {frames[0]}, "
+        "left and right of the keypoints are exchanged against the body that is tracked, and were taken so"
+    )
+    if len(frames) < MOST_EXCHANGED * len(track.time_s):
+        return (said,)
+    return (f"{said}: are they of a mirrored video, or does the first pose face the other way?",)
 
 
 def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:

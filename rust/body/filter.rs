@@ -233,7 +233,7 @@ impl AtFrame<'_> {
     ) -> Result<Posterior> {
         let Self { figure, projection, method, picture, orientations, time_s, elapsed_s, bare } = *self;
         let (blobs, person) = self.assign(filter.particles(), assignment);
-        let frame = Frame { figure, projection, picture, orientations, blobs, person, bare };
+        let frame = Frame { figure, projection, picture, orientations, blobs, person: person.as_ref(), bare };
         let walks: Vec<_> = method.layers.iter().map(|layer| method.walk(figure, &layer.mover, elapsed_s)).collect();
         let weighings: Vec<Weighing<'_>> = method.layers.iter().map(|layer| method.weighing(layer, &frame)).collect();
         let layers: Vec<Layer<'_>> = walks
@@ -245,7 +245,7 @@ impl AtFrame<'_> {
     }
 
     /// Blobs to wearers, and which of the people found is this one, by where the mean of the particles expects them.
-    fn assign(&self, particles: &ParticleSet, assignment: &mut Assignment) -> (Blobs, Option<&Person>) {
+    fn assign(&self, particles: &ParticleSet, assignment: &mut Assignment) -> (Blobs, Option<Person>) {
         let Self { figure, projection, method, picture, .. } = *self;
         let (mean, _) = particles.moments();
         let seen = figure.seen(projection, mean.as_slice());

@@ -63,7 +63,7 @@ pub(super) fn seen(
 ) -> Option<Person> {
     let person = nearest(&picture.keypoints, figure, &figure.seen(projection, mean.as_slice()), parameters);
     // Without a picture either, the particles have seen nothing.
-    person.copied().or_else(|| picture.edges.is_some().then(|| seen_by_particles(projection, joints)))
+    person.or_else(|| picture.edges.is_some().then(|| seen_by_particles(projection, joints)))
 }
 
 /// Where particles see the key joints, as a detector would; they know nothing of hips.

@@ -167,23 +167,43 @@ impl Cue for KeypointDistance<'_> {
     }
 }
 
-/// The person whose points lie nearest to where the figure's are expected; none where no point of any is within reach.
-pub fn nearest<'a>(
-    people: &'a [Person],
+/// Pairs of [`KEYPOINTS`] that a detector may take for one another.
+const SIDES: [[usize; 2]; 4] = [[1, 2], [3, 4], [5, 6], [7, 8]];
+/// A person may have moved since the last frame, and a first pose may be rough: so many times as far as a point usually is off.
+const ANYWHERE: f64 = 4.0;
+/// The same where it is asked which side is which.
+const SIDEWAYS: f64 = 2.0;
+/// By so much, in log units, must points explain a figure better with left and right exchanged.
+const EXCHANGED: f64 = 4.0;
+
+/// The same with left and right exchanged, as detectors do from one frame to the next.
+fn exchanged(person: &Person) -> Person {
+    let mut other = *person;
+    SIDES.iter().for_each(|[left, right]| other.swap(*left, *right));
+    other
+}
+
+/// The person whose points lie nearest to where the figure's are expected, left and right as the figure has them; none where
+/// no point of any is within reach.
+pub fn nearest(
+    people: &[Person],
     figure: &Figure,
     seen: &[Projected],
     parameters: KeypointParameters,
-) -> Option<&'a Person> {
-    // A person may have moved since the last frame, and a first pose may be rough.
-    let wide = KeypointParameters { inflation: 4.0 * parameters.inflation, ..parameters };
-    let gained = |person: &Person| {
-        let most = 0.5 * wide.reach * wide.reach;
+) -> Option<Person> {
+    let gained = |person: &Person, wider: f64| {
+        let parameters = KeypointParameters { inflation: wider * parameters.inflation, ..parameters };
+        let most = 0.5 * parameters.reach * parameters.reach;
         let points = KEYPOINTS.iter().zip(person).zip(&figure.keypoints);
         let each = points.filter_map(|(((_, _, mismatch_m), keypoint), point)| {
-            Some(most - loss(seen[(*point)?], (*keypoint)?, *mismatch_m, wide))
+            Some(most - loss(seen[(*point)?], (*keypoint)?, *mismatch_m, parameters))
         });
         each.sum::<f64>()
     };
-    let best = people.iter().map(|person| (gained(person), person)).max_by(|a, b| a.0.total_cmp(&b.0));
-    best.filter(|(gained, _)| *gained > 1.0).map(|(_, person)| person)
+    let either = |person: &Person| gained(person, ANYWHERE).max(gained(&exchanged(person), ANYWHERE));
+    let best = people.iter().map(|person| (either(person), person)).max_by(|a, b| a.0.total_cmp(&b.0));
+    let (_, person) = best.filter(|(gained, _)| *gained > 1.0)?;
+    let other = exchanged(person);
+    let is_exchanged = gained(&other, SIDEWAYS) > gained(person, SIDEWAYS) + EXCHANGED;
+    Some(if is_exchanged { other } else { *person })
 }
