@@ -119,7 +119,7 @@ def test_keypoints_alone_that_do_not_bear_the_pose_out_are_told(sensed: Path, tm
     assert re.search(r"the keypoints of the arms lie \d+ cm beside the first pose, expected at most 10 cm", doubt)
 
 
-@pytest.mark.parametrize(("of", "words"), [(slice(30, 60), " of 150 frames, first in frame 30"), (slice(None), "mirror")])
+@pytest.mark.parametrize(("of", "words"), [(slice(30, 60), "first in frame 30"), (slice(None), "mirror")])
 @pytest.mark.parametrize("method", [pt.Partitioned(), pt.BodySmooth()])
 def test_left_and_right_that_a_detector_exchanges_are_put_right(
     sensed: Path, tmp_path: Path, of: slice, words: str, method: pt.Partitioned

@@ -23,7 +23,7 @@ _AT = [KEYPOINTS.index(name) for name in LIMBS]
 _OTHER = {"left": "right", "right": "left"}
 _EXCHANGED = [KEYPOINTS.index("_".join(_OTHER.get(word, word) for word in name.split("_"))) for name in KEYPOINTS]
 THERE_M = 0.15
-"""Exchanged points that are taken for a person's lie so near, most of them, and by `NEARER_M` nearer than as they came."""
+"""Exchanged points that are taken for a person's lie so near, most of them, and nearer by `NEARER_M` than they came."""
 NEARER_M = 0.10
 
 
