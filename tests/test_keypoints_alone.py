@@ -141,7 +141,7 @@ def test_left_and_right_that_a_detector_exchanges_are_put_right(
         (doubt,) = pt.doubts(track)
         assert "left and right of the keypoints are exchanged" in doubt
         assert words in doubt
-        assert not track.points_exchanged[:30].any() or of == slice(None)  # type: ignore[attr-defined]
+        assert not track.points_exchanged[:30].any() or of == slice(None)
 
 
 def test_keypoints_alone_are_counted_as_their_files_are(sensed: Path, tmp_path: Path) -> None:

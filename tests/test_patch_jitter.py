@@ -45,7 +45,7 @@ def test_centres_that_jump_more_than_is_expected_widen_the_bands_and_are_told() 
     for seed, pattern in enumerate(PATTERNS):
         recording, sightings = seen(10.0, seed, pattern=pattern)
         track = pt.track(recording, pt.Smooth(), seed, sightings=sightings)
-        assert track.method.pixel_sd == sightings.jitter_px  # type: ignore[attr-defined]
+        assert track.method.pixel_sd == sightings.jitter_px
         inside.append(pt.evaluate(track, recording.truth).joints["wrist"].coverage)
         (doubt,) = pt.doubts(track)
         assert re.search(r"the centre of the patch jumps by (9|1\d)\.\d px from frame to frame", doubt)
