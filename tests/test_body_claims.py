@@ -107,7 +107,8 @@ def clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
 def test_more_particles_help_most_up_to_300(clips: list[pt.BodyRecording]) -> None:
     """Fig. 5: the gain from 300 to 3000 is small beside that from 10 to 300."""
     error = {
-        n: np.mean([average_m(clip, pt.BodyPlain(particles=n), range(1, 4)) for clip in clips[:5]]) for n in (10, 300, 3000)
+        n: np.mean([average_m(clip, pt.BodyPlain(particles=n), range(1, 4)) for clip in clips[:5]])
+        for n in (10, 300, 3000)
     }
     assert error[10] > error[300] + 0.01
     assert error[300] - error[3000] < 0.5 * (error[10] - error[300])
