@@ -6,6 +6,7 @@
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
 | `silhouette`, `keypoints`, `senses` | a body's edges, skin and foreground; a detector's points; both of a frame |
 | `observations` | what a tracker takes, streamed in order of time |
+| `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |
 | `borne_out`, `ambiguity`, `points_borne_out`, `trunk`, `stature` | whether pictures, skin, keypoints bear a pose out |
 | `coloured`, `boards` | coloured things that move; calibration boards |
 """

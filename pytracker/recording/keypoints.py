@@ -14,6 +14,7 @@ from pytracker.formats.video import VideoInfo
 from pytracker.rotation import Array
 
 __all__ = [
+    "arms_are_seen",
     "files_of",
     "first_seen",
     "in_pixels",
@@ -32,6 +33,9 @@ IRREGULAR = 0.3
 """Times that lie farther beside whole frames, as a share of one, are of no steady rate."""
 REPEATS = 10
 """So many frames in a row that hold the same points were not looked at one by one."""
+OFTEN_SEEN = 0.5
+"""An arm whose elbow and wrist are in so many of the frames is followed by them."""
+_ARMS = [KEYPOINTS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("elbow", "wrist")]
 COVERED = 0.9
 """Fewer frames than this share of the video's, and something is missing."""
 
@@ -68,6 +72,12 @@ def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, .
         f"{path}: the keypoints are of frames {first} to {last}, and the video has {info.frame_count}; the others are "
         f"tracked without: {why}?",
     )
+
+
+def arms_are_seen(keypoints: Keypoints) -> bool:
+    """Whether elbows and wrists are among them most of the time."""
+    seen = np.isfinite(keypoints.points[:, :, _ARMS, 0]).any(axis=1)
+    return bool((seen.mean(axis=0) >= OFTEN_SEEN).all())
 
 
 def tallest(people: Array) -> int | None:

@@ -71,12 +71,15 @@ FEW_UNSEEN = 0.2
 HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
 """The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
 
-POINTS_OFF_M = 0.10
+POINTS_OFF_M = 0.07
 POINTS_ON_M = 0.05
 """Keypoints may lie so far from the first pose; right ones do by 3 cm at most: nearer ones bear it out."""
 POINTS_ASTRAY_M = 0.3
 ASTRAY_SHARE = 0.1
 """Nor may they lie so far from the track in so many of the frames."""
+LATE_NEARER_M = 0.002
+"""Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
+3 to 13."""
 FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
 """Where a detector takes left for right in a few frames, no word is lost; in most, more than the detector is wrong."""
 
@@ -256,7 +259,7 @@ Track.doubter = staticmethod(doubts)
 
 @doubts.register
 def _(track: BodyTrack) -> tuple[str, ...]:
-    return (*_of_light(track), *_of_sides(track), *_of_first_pose(track))
+    return (*_of_light(track), *_of_sides(track), *_of_late_points(track), *_of_first_pose(track))
 
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:
@@ -268,6 +271,19 @@ def _of_light(track: BodyTrack) -> tuple[str, ...]:
         f"{where_of(track.recording)}: the light is dim or of another colour than the camera took it for, or the face "
         f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and "
         f"{red:.2f} (red), which makes that face as faces usually are",
+    )
+
+
+def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where keypoints are of other frames than they are counted as."""
+    late, nearer_m = track.points_late
+    if nearer_m < LATE_NEARER_M:
+        return ()
+    side = "before" if late > 0 else "after"
+    return (
+        f"{where_of(track.recording)}: the keypoints of the wrists lie nearer to skin, by {100 * nearer_m:.1f} cm on "
+        f"average, if those of a frame are taken to be of {abs(late)} frames {side} it: is the video cut or counted "
+        "otherwise than the one that they were found in?",
     )
 
 

@@ -11,6 +11,7 @@ from pytracker.evidence.trunk import distance_changes
 from pytracker.methods.arm import ArmMethod, Smooth
 from pytracker.methods.body import BodyMethod, BodySmooth, Partitioned
 from pytracker.methods.method import Method
+from pytracker.recording.keypoints import arms_are_seen
 from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
 from pytracker.skeleton.skeleton import UPPER_BODY
 from pytracker.tracking.arm import ArmTrack, track_arm
@@ -27,7 +28,8 @@ TRACKERS: Mapping[str, Callable[..., ArmTrack | BodyTrack]] = {"arm": track_arm,
 def default_method(recording: Recording) -> Method:
     """The best for a recording that is there as a whole.
 
-    A body is smoothed where keypoints or sensors say where its joints are: skin and outlines alone gain little by it.
+    A body is smoothed where keypoints of its arms or sensors say where its joints are: skin and outlines alone gain
+    little by it.
     Where keypoints show that the person comes nearer or goes farther off, the distance is tracked too.
     """
     raise NotImplementedError(f"a method for a {type(recording).__name__}")
@@ -40,9 +42,12 @@ def _(recording: ArmRecording) -> Method:
 
 @default_method.register
 def _(recording: BodyRecording) -> Method:
-    if recording.view.keypoints is None:
-        return BodySmooth() if recording.imus else Partitioned()
-    return BodySmooth(free=(*UPPER_BODY, "root_tz")) if distance_changes(recording) else BodySmooth()
+    keypoints = recording.view.keypoints
+    is_told = bool(recording.imus) or (
+        keypoints is not None and (arms_are_seen(keypoints) or not recording.has_picture)
+    )
+    method = BodySmooth if is_told else Partitioned
+    return method(free=(*UPPER_BODY, "root_tz")) if distance_changes(recording) else method()
 
 
 @overload

@@ -1,0 +1,71 @@
+"""Whether a detector's keypoints are of the frames that they are given for: wrists lie on skin, sooner or later do not.
+
+Keypoints of a clip that was cut, converted or counted otherwise than the video are some frames early or late. What
+moves then lies beside its points, by more the farther off the count is; where nothing moves, nothing is told.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.formats.keypoints import Keypoints
+from pytracker.rotation import Array
+
+__all__ = ["PointsLate"]
+
+FARTHER_S = (0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
+LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.05, *FARTHER_S])
+"""So late keypoints are tried to be, s."""
+MOST_M = 0.15
+"""A point that is farther from skin is somewhere else altogether."""
+LEAST_SHARE = 0.5
+"""Of so many of the frames it must be told how they fare."""
+_WRISTS = [KEYPOINTS.index(f"{side}_wrist") for side in ("left", "right")]
+
+
+class PointsLate:
+    """What the frames so far say.
+
+    Args:
+        keypoints: of everyone in the video, in its frames and pixels.
+        rate_hz: of the video.
+    """
+
+    def __init__(self, keypoints: Keypoints, rate_hz: float) -> None:
+        self.late = np.unique(np.rint(LATE_S * rate_hz).astype(int))
+        """How many frames late they are tried to be `(L,)`."""
+        last = int(keypoints.frames[-1])
+        self._wrists = np.full((last + 1, *keypoints.points.shape[1:2], 2, 2), np.nan)
+        self._wrists[keypoints.frames] = keypoints.points[:, :, _WRISTS, :2]
+        self._off_m: list[Array] = []
+
+    def look(self, index: int, evidence: BodyEvidence, px_per_m: float) -> None:
+        """Take what frame `index` shows, at so many pixels a metre."""
+        if evidence.skin_region is None:
+            return
+        distance_px = evidence.skin_region[0]
+        height, width = distance_px.shape
+        at = index + self.late
+        wrists = self._wrists[np.clip(at, 0, len(self._wrists) - 1)]
+        wrists[(at < 0) | (at >= len(self._wrists))] = np.nan
+        known = np.isfinite(wrists).all(axis=-1)
+        u, v = np.rint(np.where(known[..., None], wrists, -1.0)).astype(int).transpose(3, 0, 1, 2)
+        known &= (u >= 0) & (u < width) & (v >= 0) & (v < height)
+        from_skin = distance_px[np.where(known, v, 0), np.where(known, u, 0)] / px_per_m
+        off = np.where(known, np.minimum(from_skin, MOST_M), 0.0)
+        count = known.sum(axis=-1)
+        each = np.where(count > 0, off.sum(axis=-1) / np.maximum(count, 1), np.inf)
+        nearest = each.min(axis=-1)
+        self._off_m.append(np.where(np.isfinite(nearest), nearest, np.nan))
+
+    def found(self) -> tuple[int, float]:
+        """By how many frames they fit best if they are late, and by how much better than as they are counted, m."""
+        off = np.array(self._off_m).reshape(-1, len(self.late))
+        better = off[:, self.late == 0] - off
+        told = np.isfinite(better)
+        enough = told.sum(axis=0) > LEAST_SHARE * max(1, len(off))
+        gains = np.where(enough, np.where(told, better, 0.0).sum(axis=0) / np.maximum(1, told.sum(axis=0)), 0.0)
+        best = int(np.argmax(gains))
+        return (int(self.late[best]), float(gains[best])) if gains[best] > 0.0 else (0, 0.0)

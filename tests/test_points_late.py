@@ -1,0 +1,84 @@
+"""Keypoints that are of other frames than they are counted as, or that leave arms out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_body_senses import load, with_keypoints, without
+from test_people import KEPT_BACK
+
+import pytracker as pt
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.points_late import PointsLate
+from pytracker.evidence.senses import senses_of
+from pytracker.formats.keypoints import Keypoints
+from pytracker.rotation import Array
+from pytracker.tracking.track import default_method
+
+
+def late(points: Array, frames: int) -> Array:
+    """The same points `(T, P, 9, 3)`, given to so many frames later."""
+    moved = np.full_like(points, np.nan)
+    if frames >= 0:
+        moved[frames:] = points[: len(points) - frames]
+    else:
+        moved[:frames] = points[-frames:]
+    return moved
+
+
+def found(recording: pt.BodyRecording, moved_by: tuple[int, ...]) -> list[tuple[int, float]]:
+    """By how many frames the points fit best, and by how much nearer to skin, m, of some lags."""
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    lags = [PointsLate(Keypoints(keypoints.frames, late(keypoints.points, n)), 60.0) for n in moved_by]
+    root = recording.skeleton.joints(recording.initial[None])["root"]
+    px_per_m = float(recording.view.camera.px_per_m(root)[0])
+    for observation in recording.observations(senses_of(without(recording))):
+        for lag in lags:
+            lag.look(observation.index or 0, observation.evidence, px_per_m)
+    return [lag.found() for lag in lags]
+
+
+def test_keypoints_of_people_that_are_early_or_late_are_told(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """To the frame, of a tenth of a second on; as they were counted nothing fits better at all."""
+    clips, lags = shared("data/people/gestures"), (0, -15, -6, 6, 15, 30)
+    for number in KEPT_BACK:
+        table = next(clips.glob(f"0_1_{number}_*mediapipe*"))
+        recording = with_keypoints(shared(f"recordings/people-gesture-{number}"), table, tmp_path / number)
+        told = found(recording, lags)
+        assert told[0] == (0, 0.0)
+        assert [n for n, _ in told] == list(lags)
+        assert all(nearer_m > 0.002 for _, nearer_m in told[1:])
+
+
+def test_late_keypoints_are_a_doubt(sensed: Path) -> None:
+    recording = without(load(sensed))
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    for frames, words in ((0, ""), (8, "8 frames before"), (-8, "8 frames after")):
+        moved = dataclasses.replace(keypoints, points=late(keypoints.points, frames))
+        track = pt.track(
+            dataclasses.replace(recording, view=dataclasses.replace(recording.view, keypoints=moved)),
+            pt.Partitioned(particles=50), 1,
+        )  # fmt: skip
+        said = " ".join(pt.doubts(track))
+        assert (words in said) if words else (said == "")
+
+
+@pytest.mark.parametrize("joint", ["left_wrist", "right_elbow"])
+def test_a_picture_is_not_left_for_keypoints_that_leave_an_arm_out(sensed: Path, joint: str) -> None:
+    """A track smoothed over keypoints without wrists was 42 cm off where the picture shows them to 6."""
+    recording = without(load(sensed))
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    assert isinstance(default_method(recording), pt.BodySmooth)
+    points = keypoints.points.copy()
+    points[30:, :, KEYPOINTS.index(joint)] = np.nan
+    view = dataclasses.replace(recording.view, keypoints=dataclasses.replace(keypoints, points=points))
+    assert type(default_method(dataclasses.replace(recording, view=view))) is pt.Partitioned
+    alone = dataclasses.replace(view, video=None, background=None)
+    assert isinstance(default_method(dataclasses.replace(recording, view=alone)), pt.BodySmooth)
