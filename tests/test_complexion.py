@@ -11,6 +11,7 @@ import pytest
 
 import pytracker as pt
 from pytracker.evidence.complexion import TYPICAL_BGR, gains_of_face
+from pytracker.evidence.senses import senses_of
 from pytracker.evidence.silhouette import Silhouette, SilhouetteParameters
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import Image
@@ -87,6 +88,16 @@ def test_evidence_is_the_same_in_another_light() -> None:
     unlit = Silhouette(cast(wall(), cool), PX_PER_M)(cast(image, cool))
     assert (unlit.skin > 0).sum() < 0.5 * (right.skin > 0).sum()
     assert right.skin_region is not None
+
+
+def test_simulated_people_stand_in_usual_light(tmp_path: Path) -> None:
+    """Gains that took hair or a bright face for a light's doing changed one of ten."""
+    for seed in range(1, 11):
+        recording = pt.load(pt.simulate_body(tmp_path / str(seed), pt.BodyScene(duration_s=0.2), seed))
+        assert isinstance(recording, pt.BodyRecording)
+        silhouette = senses_of(recording).silhouette
+        assert silhouette is not None
+        assert silhouette.parameters.gains == (1.0, 1.0, 1.0), seed
 
 
 @pytest.mark.parametrize("gains", [(1.25, 1.0, 0.8), (0.4, 0.4, 0.4)], ids=["cool", "dim"])
