@@ -36,9 +36,7 @@ class PointsLate:
     def __init__(self, keypoints: Keypoints, rate_hz: float) -> None:
         self.late = np.unique(np.rint(LATE_S * rate_hz).astype(int))
         """How many frames late they are tried to be `(L,)`."""
-        last = int(keypoints.frames[-1])
-        self._wrists = np.full((last + 1, *keypoints.points.shape[1:2], 2, 2), np.nan)
-        self._wrists[keypoints.frames] = keypoints.points[:, :, _WRISTS, :2]
+        self._frames, self._wrists = keypoints.frames, keypoints.points[:, :, _WRISTS, :2]
         self._off_m: list[Array] = []
 
     def look(self, index: int, evidence: BodyEvidence, px_per_m: float) -> None:
@@ -48,9 +46,10 @@ class PointsLate:
         distance_px = evidence.skin_region[0]
         height, width = distance_px.shape
         at = index + self.late
-        wrists = self._wrists[np.clip(at, 0, len(self._wrists) - 1)]
-        wrists[(at < 0) | (at >= len(self._wrists))] = np.nan
-        known = np.isfinite(wrists).all(axis=-1)
+        rows = np.clip(np.searchsorted(self._frames, at), 0, len(self._frames) - 1)
+        wrists = self._wrists[rows]
+        wrists = np.where((self._frames[rows] == at)[:, None, None, None], wrists, np.nan)
+        known = np.asarray(np.isfinite(wrists).all(axis=-1))
         u, v = np.rint(np.where(known[..., None], wrists, -1.0)).astype(int).transpose(3, 0, 1, 2)
         known &= (u >= 0) & (u < width) & (v >= 0) & (v < height)
         from_skin = distance_px[np.where(known, v, 0), np.where(known, u, 0)] / px_per_m

@@ -23,7 +23,7 @@ STRETCH = 200
 PARTICLE_FRAMES = 4_000_000
 """So many particles times frames are a second's work: whoever stops a run does not wait for longer."""
 JITTERY = 1.5
-"""Centres that jump by so many times `pixel_sd` are as uncertain as they show."""
+"""Centres that jump by so many times `pixel_sd` are more uncertain than that."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -63,7 +63,7 @@ def track_arm(
     `sightings` are patch centres found before or elsewhere; without them the videos are searched. `threads`
     limits how many work on a large particle set and does not change the result. Where the recording says how well
     something is known, that stands for the method's own parameter; so does what the centres show, where they jump from
-    frame to frame by more than 1.5 times `pixel_sd` (`Sightings.jitter_px`).
+    frame to frame by more than 1.5 times `pixel_sd` (`Sightings.jitter_px`) and this is left at its default.
 
     Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
     beyond recovery; its `track` attribute then holds the frames before, where there are any.
@@ -73,7 +73,7 @@ def track_arm(
     if sightings is None:
         sightings = sight(recording, progress=progress)
     seen = time.perf_counter()
-    if sightings.jitter_px > JITTERY * method.pixel_sd:
+    if sightings.jitter_px > JITTERY * method.pixel_sd and method.pixel_sd == ArmMethod.pixel_sd:
         method = replace(method, pixel_sd=sightings.jitter_px)
     tracker = Tracker(recording, method, seed)
     particles = method.particles if isinstance(method, ParticleMethod) else 1

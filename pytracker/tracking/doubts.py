@@ -18,7 +18,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import ArmMethod, Ekf, Mixture, Smooth
 from pytracker.recording.recording import ArmRecording, Recording
 from pytracker.rotation import Array
-from pytracker.tracking.arm import ArmTrack, track_arm
+from pytracker.tracking.arm import JITTERY, ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.found import found_by
 from pytracker.tracking.suspects import MIRRORED, suspects
@@ -118,13 +118,16 @@ def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
 
 
 def _of_jitter(track: ArmTrack) -> tuple[str, ...]:
-    """A sentence where centres of the patch jump by more than the method expects, and were taken to be as uncertain."""
-    if track.method.pixel_sd != track.sightings.jitter_px:
+    """A sentence where centres of the patch jump by more than the method expects."""
+    jitter_px, pixel_sd = track.sightings.jitter_px, track.method.pixel_sd
+    is_taken = pixel_sd == jitter_px
+    if not is_taken and not jitter_px > JITTERY * pixel_sd:
         return ()
+    taken = "was taken to be as uncertain as that" if is_taken else f"is taken to be known to {pixel_sd:g} px"
     return (
-        f"{where_of(track.recording)}: the centre of the patch jumps by {track.sightings.jitter_px:.1f} px from frame "
-        "to frame (standard deviation along an axis), more than pixel_sd allows, and was taken to be as uncertain as "
-        "that: is the patch large, sharp and of one colour, and is its track on it?",
+        f"{where_of(track.recording)}: the centre of the patch jumps by {jitter_px:.1f} px from frame to frame "
+        f"(standard deviation along an axis), more than pixel_sd allows, and {taken}: is the patch large, sharp and of "
+        "one colour, and is its track on it?",
     )
 
 
