@@ -8,10 +8,13 @@ use crate::estimate::{Estimate, Point};
 use crate::particles::{Interval, Summary};
 use nalgebra::Vector3;
 
-/// Frames that are smoothed together, how many before and after them besides, and over how many one window goes over into the next.
+/// Frames that are smoothed together, at least so many and at least those of so many seconds: what an arm does within a few seconds
+/// tells little of what is constant.
 const WINDOW: usize = 600;
-const LEAD: usize = 200;
-const SEAM: usize = 100;
+const WINDOW_S: f64 = 24.0;
+/// A window looks at so much of one before and after it besides, and over so much of one it goes over into the next.
+const LEAD: f64 = 1.0 / 3.0;
+const SEAM: f64 = 1.0 / 6.0;
 /// Modes that are nearer than so many of their standard deviations, together, and than so far, m, are one on its way to the other.
 const ALIKE_SD: f64 = 2.0;
 const ALIKE_M: f64 = 0.05;
@@ -28,11 +31,14 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    /// Of `count` frames those from `first` on.
-    pub fn new(first: usize, count: usize) -> Self {
+    /// Of `count` frames, which last `span_s` in all, those from `first` on.
+    pub fn new(first: usize, count: usize, span_s: f64) -> Self {
+        let in_time = (WINDOW_S * (count - 1) as f64 / span_s.max(f64::MIN_POSITIVE)).min(count as f64);
+        let window = WINDOW.max(in_time.round() as usize);
+        let [lead, seam] = [LEAD, SEAM].map(|share| (share * window as f64).round() as usize);
         // What is left is not cut into a window and a rest.
-        let end = if count - first <= WINDOW + LEAD { count } else { first + WINDOW };
-        Self { end, until: (end + SEAM).min(count), seen: [first.saturating_sub(LEAD), (end + LEAD).min(count)] }
+        let end = if count - first <= window + lead { count } else { first + window };
+        Self { end, until: (end + seam).min(count), seen: [first.saturating_sub(lead), (end + lead).min(count)] }
     }
 }
 
@@ -177,16 +183,29 @@ mod tests {
     /// Windows follow each other to the end, and look as far about themselves as there are frames.
     #[test]
     fn windows_are_the_whole_recording() {
-        for count in [1, 700, 800, 801, 1400, 5000] {
+        for (count, rate_hz) in
+            [(1, 25.0), (700, 25.0), (800, 25.0), (801, 25.0), (1400, 60.0), (5000, 120.0), (5000, 10.0)]
+        {
             let (mut first, mut until) = (0, 0);
             while first < count {
-                let window = Window::new(first, count);
+                let window = Window::new(first, count, (count - 1) as f64 / rate_hz);
                 assert!(window.end > first && window.seen[0] <= first && window.seen[1] >= window.until);
-                assert!(window.end - first >= until - first && window.until - window.end <= SEAM);
+                assert!(window.end - first >= until - first);
                 (first, until) = (window.end, window.until);
             }
             assert_eq!((first, until), (count, count));
         }
+    }
+
+    /// As many as there always were at 25 frames/s or fewer, of as many seconds at more; times that are all one are no reason to fail.
+    #[test]
+    fn a_window_is_of_some_time() {
+        for (rate_hz, frames) in [(25.0, 600), (10.0, 600), (120.0, 2880)] {
+            let window = Window::new(0, 10_000, 9_999.0 / rate_hz);
+            let (lead, seam) = (frames / 3, frames / 6);
+            assert_eq!((window.end, window.until, window.seen), (frames, frames + seam, [0, frames + lead]));
+        }
+        assert_eq!(Window::new(0, 900, 0.0).end, 900);
     }
 
     /// Two windows that put an arm 3 cm apart: no step is larger than a seam's share of it, and the ends are what either said.

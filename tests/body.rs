@@ -190,7 +190,9 @@ fn a_wild_keypoint_says_nothing_and_the_nearest_person_is_followed() {
     assert_eq!(nearest(&people, &figure, &expected, KEYPOINT_PARAMETERS), Some(people[1]));
     // As it came, or with left and right as the figure has them.
     let mut mirrored = people[1];
-    [[1, 2], [3, 4], [5, 6], [7, 8]].iter().for_each(|[left, right]| mirrored.swap(*left, *right));
+    for [left, right] in [[1, 2], [3, 4], [5, 6], [7, 8]] {
+        mirrored.swap(left, right);
+    }
     assert_eq!(nearest(&[people[2], mirrored], &figure, &expected, KEYPOINT_PARAMETERS), Some(people[1]));
     // Hands that cross are not exchanged.
     let mut crossed = people[1];

@@ -206,6 +206,7 @@ def test_numbers_that_both_languages_need_are_the_same() -> None:
         return int(found[1])
 
     assert number("rust/smoothing.rs", "WINDOW") == found_by_python.WINDOW
+    assert f"const WINDOW_S: f64 = {found_by_python.WINDOW_S};" in (ROOT / "rust/smoothing.rs").read_text("utf-8")
     assert number("rust/arm/worn.rs", "CORE") == found_by_python.MOTION_COLUMNS
     setup = "rust/arm/setup.rs"
     assert (number(setup, "OF_ARM"), number(setup, "SHOULDER"), number(setup, "MOUNT")) == (7, 2, 5)

@@ -21,9 +21,9 @@ __all__ = ["Found", "found_by"]
 TOLD = 0.85
 """The data say something of a quantity whose standard deviation they make smaller than this share of what it was."""
 
-WINDOW = 600
-"""So many frames are smoothed together (`WINDOW` of `rust/smoothing.rs`): each says
-for itself how late the camera sees."""
+WINDOW, WINDOW_S = 600, 24.0
+"""So many frames, and of so many seconds, are smoothed together at least (`rust/smoothing.rs`): each window says for
+itself how late the camera sees."""
 LEAST_WINDOWS = 4
 """Fewer say nothing of a drift."""
 CLOCK_PPM = 50.0
@@ -99,7 +99,8 @@ def _(track: ArmTrack) -> tuple[Found, ...]:
 
 def _drift(track: ArmTrack, known: NDArray[np.bool_]) -> Iterator[Found]:
     """By how much the IMU's clock goes slower than the camera's: the line through what each window says of it."""
-    count = int(known.sum()) // WINDOW
+    frames, span_s = int(known.sum()), float(np.ptp(track.time_s[known]))
+    count = int(min(frames / WINDOW, span_s / WINDOW_S))
     if count < LEAST_WINDOWS or not (track.state_sd[known, -1] > 0.0).all():
         return
     windows = [

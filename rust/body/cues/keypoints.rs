@@ -179,7 +179,9 @@ const EXCHANGED: f64 = 4.0;
 /// The same with left and right exchanged, as detectors do from one frame to the next.
 fn exchanged(person: &Person) -> Person {
     let mut other = *person;
-    SIDES.iter().for_each(|[left, right]| other.swap(*left, *right));
+    for [left, right] in SIDES {
+        other.swap(left, right);
+    }
     other
 }
 
