@@ -8,8 +8,7 @@ use crate::estimate::{Estimate, Point};
 use crate::particles::{Interval, Summary};
 use nalgebra::Vector3;
 
-/// Frames that are smoothed together, at least so many and at least those of so many seconds: what an arm does within a few seconds
-/// tells little of what is constant.
+/// Frames that are smoothed together; of an arm at least those of so many seconds: a few tell little of what is constant.
 const WINDOW: usize = 600;
 const WINDOW_S: f64 = 24.0;
 /// A window looks at so much of one before and after it besides, and over so much of one it goes over into the next.
@@ -31,10 +30,18 @@ pub(crate) struct Window {
 }
 
 impl Window {
-    /// Of `count` frames, which last `span_s` in all, those from `first` on.
-    pub fn new(first: usize, count: usize, span_s: f64) -> Self {
+    /// Of `count` frames those from `first` on.
+    pub fn new(first: usize, count: usize) -> Self {
+        Self::of(WINDOW, first, count)
+    }
+
+    /// The same, of [`WINDOW_S`] where that is more, of frames which last `span_s` in all.
+    pub fn lasting(first: usize, count: usize, span_s: f64) -> Self {
         let in_time = (WINDOW_S * (count - 1) as f64 / span_s.max(f64::MIN_POSITIVE)).min(count as f64);
-        let window = WINDOW.max(in_time.round() as usize);
+        Self::of(WINDOW.max(in_time.round() as usize), first, count)
+    }
+
+    fn of(window: usize, first: usize, count: usize) -> Self {
         let [lead, seam] = [LEAD, SEAM].map(|share| (share * window as f64).round() as usize);
         // What is left is not cut into a window and a rest.
         let end = if count - first <= window + lead { count } else { first + window };
@@ -188,7 +195,7 @@ mod tests {
         {
             let (mut first, mut until) = (0, 0);
             while first < count {
-                let window = Window::new(first, count, (count - 1) as f64 / rate_hz);
+                let window = Window::lasting(first, count, (count - 1) as f64 / rate_hz);
                 assert!(window.end > first && window.seen[0] <= first && window.seen[1] >= window.until);
                 assert!(window.end - first >= until - first);
                 (first, until) = (window.end, window.until);
@@ -201,11 +208,12 @@ mod tests {
     #[test]
     fn a_window_is_of_some_time() {
         for (rate_hz, frames) in [(25.0, 600), (10.0, 600), (120.0, 2880)] {
-            let window = Window::new(0, 10_000, 9_999.0 / rate_hz);
+            let window = Window::lasting(0, 10_000, 9_999.0 / rate_hz);
             let (lead, seam) = (frames / 3, frames / 6);
             assert_eq!((window.end, window.until, window.seen), (frames, frames + seam, [0, frames + lead]));
         }
-        assert_eq!(Window::new(0, 900, 0.0).end, 900);
+        assert_eq!(Window::lasting(0, 900, 0.0).end, 900);
+        assert_eq!(Window::new(0, 10_000), Window::lasting(0, 10_000, 1e6));
     }
 
     /// Two windows that put an arm 3 cm apart: no step is larger than a seam's share of it, and the ends are what either said.

@@ -100,8 +100,8 @@ impl<'a> Recorded<'a> {
         if first >= count {
             return Ok(Windowed::default());
         }
-        let Window { end, until, seen: [from, to], .. } =
-            Window::new(first, count, self.frames[count - 1].time_s - self.frames[0].time_s);
+        let span_s = self.frames[count - 1].time_s - self.frames[0].time_s;
+        let Window { end, until, seen: [from, to], .. } = Window::lasting(first, count, span_s);
         let part = Self { frames: &self.frames[from..to], samples: self.samples_of(from, to), ..*self };
         let mut own: Vec<Estimate> = part.smoothed()?.into_iter().skip(first - from).take(until - first).collect();
         self.judge(first, &mut own);

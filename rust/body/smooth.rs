@@ -89,8 +89,7 @@ impl Recorded<'_> {
         if first >= count {
             return Ok(Windowed::default());
         }
-        let Window { end, until, seen: [from, to], .. } =
-            Window::new(first, count, self.frames[count - 1].time_s - self.frames[0].time_s);
+        let Window { end, until, seen: [from, to], .. } = Window::new(first, count);
         let branches = self.branches(from, to)?;
         let of_frame = |frame: usize| {
             let each = branches.iter().map(|branch| (branch.weight, &branch.states[frame - from]));
