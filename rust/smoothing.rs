@@ -193,14 +193,20 @@ mod tests {
         for (count, rate_hz) in
             [(1, 25.0), (700, 25.0), (800, 25.0), (801, 25.0), (1400, 60.0), (5000, 120.0), (5000, 10.0)]
         {
-            let (mut first, mut until) = (0, 0);
-            while first < count {
-                let window = Window::lasting(first, count, (count - 1) as f64 / rate_hz);
-                assert!(window.end > first && window.seen[0] <= first && window.seen[1] >= window.until);
-                assert!(window.end - first >= until - first);
-                (first, until) = (window.end, window.until);
+            let span_s = (count - 1) as f64 / rate_hz;
+            let of_time = |first| Window::lasting(first, count, span_s);
+            let of_frames = |first| Window::new(first, count);
+            for window_from in [&of_time as &dyn Fn(usize) -> Window, &of_frames] {
+                let (mut first, mut until) = (0, 0);
+                let most = window_from(0).end;
+                while first < count {
+                    let window = window_from(first);
+                    assert!(window.end > first && window.seen[0] <= first && window.seen[1] >= window.until);
+                    assert!(window.end - first >= until - first && window.until - window.end <= most.div_ceil(6));
+                    (first, until) = (window.end, window.until);
+                }
+                assert_eq!((first, until), (count, count));
             }
-            assert_eq!((first, until), (count, count));
         }
     }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -13,8 +14,15 @@ from pytracker.simulate.arm import ArmSimulation
 PATTERNS = ("circle", "rectangle", "reach", "gesture")
 
 
-def seen(pixel_sd: float, seed: int, **scene: object) -> tuple[pt.ArmRecording, pt.Sightings]:
-    simulation = ArmSimulation(pt.ArmScene(worn=True, **scene), seed)  # type: ignore[arg-type]
+@cache
+def simulated(seed: int, pattern: str, frame_rate_hz: float) -> ArmSimulation:
+    return ArmSimulation(pt.ArmScene(worn=True, pattern=pattern, frame_rate_hz=frame_rate_hz), seed)
+
+
+def seen(
+    pixel_sd: float, seed: int, pattern: str = "circle", frame_rate_hz: float = 25.0
+) -> tuple[pt.ArmRecording, pt.Sightings]:
+    simulation = simulated(seed, pattern, frame_rate_hz)
     return simulation.recording(), pt.Sightings.of(simulation.frame_time_s, simulation.sightings(pixel_sd))
 
 

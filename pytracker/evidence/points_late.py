@@ -10,10 +10,13 @@ import numpy as np
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.evidence.trunk import USUAL_HZ
 from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.video import probe
+from pytracker.recording.recording import BodyView
 from pytracker.rotation import Array
 
-__all__ = ["PointsLate"]
+__all__ = ["PointsLate", "points_late_of"]
 
 FARTHER_S = (0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
 LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.05, *FARTHER_S])
@@ -68,3 +71,10 @@ class PointsLate:
         gains = np.where(enough, np.where(told, better, 0.0).sum(axis=0) / np.maximum(1, told.sum(axis=0)), 0.0)
         best = int(np.argmax(gains))
         return (int(self.late[best]), float(gains[best])) if gains[best] > 0.0 else (0, 0.0)
+
+
+def points_late_of(view: BodyView) -> PointsLate | None:
+    """What looks whether keypoints are of the video's frames; None where there are not both."""
+    if view.keypoints is None or view.video is None:
+        return None
+    return PointsLate(view.keypoints, probe(view.video).rate_hz or USUAL_HZ)

@@ -14,13 +14,13 @@ from pytracker._core import KEY_JOINTS, InputError, Observation, Tracker, Tracki
 from pytracker.evidence.borne_out import BorneOut, head_off
 from pytracker.evidence.followed import followed
 from pytracker.evidence.points_borne_out import PointsBorneOut
-from pytracker.evidence.points_late import PointsLate
+from pytracker.evidence.points_late import points_late_of
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen
-from pytracker.formats.video import Image, probe
+from pytracker.formats.video import Image
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
@@ -29,8 +29,6 @@ from pytracker.tracking.tracks import Track
 
 __all__ = ["BodyTrack", "Shown", "track_body"]
 
-USUAL_HZ = 30.0
-"""Of a video that does not say its rate."""
 LOOK_EVERY = 10
 """In every so many frames it is looked whether the skeleton stands on the person."""
 ABOUT_M = 0.08
@@ -122,7 +120,7 @@ class _Watched:
         self._shown: tuple[Shown, ...] = ()
         self.is_alone = not recording.has_picture
         self.has_keypoints = recording.view.keypoints is not None
-        self.late = _late(recording)
+        self.late = points_late_of(recording.view)
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
         evidence, is_first = observation.evidence, not self.people
@@ -187,14 +185,6 @@ class _Watched:
                 rows, columns = (slice(max(0, round(x - px)), max(0, round(x + px) + 1)) for x in (v, u))
                 on_person += bool(evidence.foreground[rows, columns].any())
         return on_person / len(joints)
-
-
-def _late(recording: BodyRecording) -> PointsLate | None:
-    """What looks whether keypoints are of the video's frames, where there are both."""
-    view = recording.view
-    if view.keypoints is None or view.video is None:
-        return None
-    return PointsLate(view.keypoints, probe(view.video).rate_hz or USUAL_HZ)
 
 
 def track_body(

@@ -100,7 +100,7 @@ def _(track: ArmTrack) -> tuple[Found, ...]:
 def _drift(track: ArmTrack, known: NDArray[np.bool_]) -> Iterator[Found]:
     """By how much the IMU's clock goes slower than the camera's: the line through what each window says of it."""
     frames, span_s = int(known.sum()), float(np.ptp(track.time_s[known]))
-    count = int(min(frames / WINDOW, span_s / WINDOW_S))
+    count = frames // max(WINDOW, round(WINDOW_S * (frames - 1) / span_s)) if span_s > 0.0 else 0
     if count < LEAST_WINDOWS or not (track.state_sd[known, -1] > 0.0).all():
         return
     windows = [
