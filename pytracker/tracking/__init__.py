@@ -6,7 +6,7 @@
 | `follow` | the loop from observations to a track |
 | `tracks` | what every track holds |
 | `cycle` | one cycle of a particle filter, to be looked at |
-| `doubts` | what a recording says against its own description, tried by `suspects` |
+| `doubts`, `body_doubts` | what a recording says against its own description, of an arm's tried by `suspects` |
 | `found` | what a smoothed recording says of what was measured once |
 """
 

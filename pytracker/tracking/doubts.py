@@ -16,14 +16,15 @@ import numpy as np
 from pytracker._core import ARM_DOUBTS, InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import ArmMethod, Ekf, Mixture, Smooth
-from pytracker.recording.recording import ArmRecording, Recording
+from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 from pytracker.tracking.arm import JITTERY, ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.body_doubts import of_body
 from pytracker.tracking.found import found_by
 from pytracker.tracking.suspects import MIRRORED, suspects
 from pytracker.tracking.swivel import hangs
-from pytracker.tracking.tracks import Track
+from pytracker.tracking.tracks import Track, where_of
 from pytracker.tracking.upper_arm import of_upper_arm
 
 __all__ = ["doubts", "unbelieved"]
@@ -63,28 +64,8 @@ that the data tell does by 1.8."""
 
 ABOVE = -0.1
 """No captured arm's elbow hangs less than 0.27 (`pytracker.tracking.swivel`)."""
-LYING_DEG = 60.0
-"""Nobody who is upright leans so far."""
 FEW_UNSEEN = 0.2
 """Fewer frames without the patch are usual."""
-
-HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
-"""The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
-
-POINTS_OFF_M = 0.07
-POINTS_ON_M = 0.05
-"""Keypoints may lie so far from the first pose; right ones do by 3 cm at most: nearer ones bear it out."""
-POINTS_ASTRAY_M = 0.3
-ASTRAY_SHARE = 0.1
-"""Nor may they lie so far from the track in so many of the frames."""
-LATE_NEARER_M = 0.002
-"""Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
-3 to 13."""
-FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
-"""Where a detector takes left for right in a few frames, no word is lost; in most, more than the detector is wrong."""
-
-LEAST_ON_PERSON = 0.6
-"""Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
 
 
 @functools.singledispatch
@@ -239,113 +220,9 @@ def unbelieved(track: Track) -> tuple[str, ...]:
     return (f"{bad} of {len(track.valid)} frames ({share:.0%}) are not valid, do not use them: {named}",)
 
 
-def where_of(recording: Recording) -> str:
-    """What to call a recording in a sentence: the name of its folder."""
-    return recording.folder.resolve().name if recording.folder else "the recording"
-
-
-def _lies(track: BodyTrack) -> tuple[str, ...]:
-    """A sentence where the first pose has its head beside its hips, not above them."""
-    joints = track.recording.skeleton.joints(track.recording.initial[None])
-    trunk = (joints["head"] - joints["root"])[0]
-    off_deg = float(np.degrees(np.arccos(np.clip(trunk[1] / np.linalg.norm(trunk), -1.0, 1.0))))
-    if off_deg < LYING_DEG:
-        return ()
-    return (
-        f"{where_of(track.recording)}: in the first pose the head is {off_deg:.0f}° off straight above the hips, and a "
-        "body's world has its y axis up: is another axis up in the camera's world (rotation, points)?",
-    )
-
-
 Track.doubter = staticmethod(doubts)
 
 
 @doubts.register
 def _(track: BodyTrack) -> tuple[str, ...]:
-    return (*_of_light(track), *_of_sides(track), *_of_late_points(track), *_of_first_pose(track))
-
-
-def _of_light(track: BodyTrack) -> tuple[str, ...]:
-    """A sentence where the face of the first frame is not as faces usually are, and was made so."""
-    if track.gains == (1.0, 1.0, 1.0):
-        return ()
-    blue, green, red = track.gains
-    return (
-        f"{where_of(track.recording)}: the light is dim or of another colour than the camera took it for, or the face "
-        f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and "
-        f"{red:.2f} (red), which makes that face as faces usually are",
-    )
-
-
-def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
-    """A sentence where keypoints are of other frames than they are counted as."""
-    late, nearer_m = track.points_late
-    if nearer_m < LATE_NEARER_M:
-        return ()
-    side = "before" if late > 0 else "after"
-    return (
-        f"{where_of(track.recording)}: the keypoints of the wrists lie nearer to skin, by {100 * nearer_m:.1f} cm on "
-        f"average, if those of a frame are taken to be of {abs(late)} frames {side} it: is the video cut or counted "
-        "otherwise than the one that they were found in?",
-    )
-
-
-def _of_sides(track: BodyTrack) -> tuple[str, ...]:
-    """A sentence where left and right of keypoints are not the pose's, and were exchanged."""
-    frames = np.flatnonzero(track.points_exchanged)
-    if len(frames) <= FEW_EXCHANGED * len(track.time_s):
-        return ()
-    said = (
-        f"{where_of(track.recording)}: in {len(frames)} of {len(track.time_s)} frames, first in frame {frames[0]}, "
-        "left and right of the keypoints are exchanged against the body that is tracked, and were taken so"
-    )
-    if len(frames) < MOST_EXCHANGED * len(track.time_s):
-        return (said,)
-    return (f"{said}: are they of a mirrored video, or does the first pose face the other way?",)
-
-
-def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:
-    """The first that is found to be wrong with first pose, keypoints or foreground."""
-    where = where_of(track.recording)
-    if lies := _lies(track):
-        return lies
-    if track.points_off_m > POINTS_OFF_M:
-        return (
-            f"{where}: at the first frame the keypoints of the arms lie {100 * track.points_off_m:.0f} cm beside the "
-            f"first pose, expected at most {100 * POINTS_OFF_M:.0f} cm: check the first pose, the camera, and size_px",
-        )
-    astray = np.flatnonzero(track.points_astray_m > POINTS_ASTRAY_M)
-    if len(astray) > ASTRAY_SHARE * len(track.time_s):
-        return (
-            f"{where}: in {len(astray)} frames, first in frame {astray[0]}, the keypoints of the arms lie "
-            f"{np.median(track.points_astray_m[astray]):.1f} m beside the person who is tracked: does the detector "
-            "follow somebody else there, or has the track left the person?",
-        )
-    if not len(track.on_person):
-        return ()
-    first, all_frames = track.on_person[0], float(np.mean(track.on_person))
-    least = f"expected {LEAST_ON_PERSON:.0%} at least"
-    if min(first, all_frames) < LEAST_ON_PERSON and track.points_off_m < POINTS_ON_M:
-        return (
-            f"{where}: {min(first, all_frames):.0%} of the joints are on the foreground, {least}, though the arms are "
-            "where their keypoints are: the background holds a part of the person; camera.background names one without",
-        )
-    if first < LEAST_ON_PERSON:
-        return (
-            f"{where}: at the first frame {first:.0%} of the joints are on the foreground, {least}: check the first "
-            "pose, the skeleton and the camera, and that the background does not hold the person",
-        )
-    right_m, below_m = track.head_off_m
-    if abs(right_m) > HEAD_BESIDE_M or abs(below_m) > HEAD_ABOVE_M:
-        side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
-        return (
-            f"{where}: at the first frame the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's "
-            f"and {100 * abs(below_m):.0f} cm {height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and "
-            f"{100 * HEAD_ABOVE_M:.0f} cm: check the first pose, the skeleton's size, and the camera or its points",
-        )
-    if all_frames < LEAST_ON_PERSON:
-        return (
-            f"{where}: {all_frames:.0%} of the joints are on the foreground, {least}: see the overlay for whether the "
-            "skeleton has left the person",
-        )
-    return ()
+    return of_body(track)

@@ -14,7 +14,7 @@ from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import Recording
 from pytracker.rotation import Array
 
-__all__ = ["JointTrack", "Track"]
+__all__ = ["JointTrack", "Track", "where_of"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,3 +98,8 @@ class Track:
     def camera(self) -> Camera | WeakPerspective:
         """The first camera: errors are taken apart into across its picture and in its depth."""
         return self.recording.camera
+
+
+def where_of(recording: Recording) -> str:
+    """What to call a recording in a sentence: the name of its folder."""
+    return recording.folder.resolve().name if recording.folder else "the recording"
