@@ -40,7 +40,7 @@ class InputError(ValueError):
     table: dict[str, Any]
 
 class TrackingError(RuntimeError):
-    track: Track
+    track: Track | None
 
 @final
 class Place:

@@ -118,7 +118,7 @@ def _one(
         try:
             result: Track = track(recording, method_of(recording), seed, threads=threads)
         except TrackingError as error:
-            if not hasattr(error, "track"):
+            if error.track is None:
                 raise
             result = error.track
         write_report([result], out / name, force=force, page=page)

@@ -74,6 +74,8 @@ mod _core {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         super::border::remember_process();
+        // The frames before a loss; of a track that was lost at the first frame there are none.
+        module.py().get_type::<TrackingError>().setattr("track", module.py().None())?;
         // Tuples: nobody may change them.
         module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
         let joints = crate::body::KEY_JOINTS;

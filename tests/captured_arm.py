@@ -125,6 +125,8 @@ def scored(shared: Path, name: str, method: ArmMethod, seed: int) -> tuple[Joint
     try:
         track = simulation.tracked(method)
     except pt.TrackingError as error:
+        if error.track is None:
+            raise
         track = error.track
     ours, still = (pt.evaluate(of, track.recording.truth).joints["wrist"] for of in (track, held(track)))
     return ours, still.rms_m

@@ -320,10 +320,12 @@ def test_a_lost_track_keeps_the_frames_before(body: pt.BodyRecording, monkeypatc
     monkeypatch.setattr("pytracker.tracking.body.Tracker", Loses)
     with pytest.raises(pt.TrackingError, match=r"frame 20: all 50 particle weights are zero") as error:
         pt.track(body, pt.Partitioned(particles=50), 1)
-    assert np.isfinite(error.value.track.joints["left_wrist"].mean[:20]).all()
-    assert np.isnan(error.value.track.joints["left_wrist"].mean[20:]).all()
-    assert not error.value.track.valid[20:].any()
-    assert error.value.track.reason[-1] == "the track was lost before"
+    track = error.value.track
+    assert track is not None
+    assert np.isfinite(track.joints["left_wrist"].mean[:20]).all()
+    assert np.isnan(track.joints["left_wrist"].mean[20:]).all()
+    assert not track.valid[20:].any()
+    assert track.reason[-1] == "the track was lost before"
 
 
 @pytest.mark.parametrize("name", ["joint_density", "base_density", "unseen_lean_sd_rad", "gate_m", "blob_sd_m"])

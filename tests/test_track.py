@@ -106,6 +106,7 @@ def test_a_lost_track_keeps_what_came_before(simulation: ArmSimulation, sighting
     with pytest.raises(pt.TrackingError, match=r"frame 7: all 100 particle weights are zero at 0\.28") as error:
         pt.track(lost, pt.Plain(particles=100), sightings=unseen)
     track = error.value.track
+    assert track is not None
     assert np.isfinite(track.joints["wrist"].mean[:7]).all()
     assert np.isnan(track.joints["wrist"].mean[7:]).all()
     assert track.reason[7] == "the track was lost before"

@@ -31,7 +31,7 @@ def chosen_method(
     methods = METHODS_OF[kind]
     if name not in methods:
         raise pt.InputError(f"--method is {name!r}, expected one of: {', '.join(methods)} (kind {kind!r})")
-    if particles is not None and not hasattr(methods[name], "particles"):
+    if particles is not None and methods[name]().sample_size is None:
         raise pt.InputError(f"--particles does not go with --method {name}, which has none")
     try:
         return make_method(kind, name, (best.parameters() if best else {}) | values)

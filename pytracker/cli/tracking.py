@@ -141,7 +141,7 @@ def track(
         try:
             result = pt.track(recording, chosen, seed, progress=progress)
         except pt.TrackingError as error:
-            if hasattr(error, "track"):
+            if error.track is not None:
                 pt.write_report([error.track], out, force=force, page=not no_report, progress=progress)
                 print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
@@ -270,7 +270,7 @@ def track_all(
         try:
             tracks.append(pt.track(recording, method, seed, sightings=sightings, progress=progress))
         except pt.TrackingError as error:
-            if not hasattr(error, "track"):
+            if error.track is None:
                 raise
             tracks.append(error.track)
     return tracks

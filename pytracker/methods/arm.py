@@ -101,6 +101,11 @@ class ParticleMethod(ArmMethod):
     ess_threshold: float = 1.0
     layers: Layers = (("inertial", (), PRODUCT),)
 
+    @property
+    def sample_size(self) -> int | None:
+        """How many particles it has."""
+        return self.particles
+
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them."""
         return [(MOVERS[mover], " and ".join(cues).replace("_", " ")) for mover, cues, _ in self.layers]

@@ -118,6 +118,11 @@ class BodyMethod(Method):
     """Whether the whole recording is smoothed in the end."""
 
     @property
+    def sample_size(self) -> int | None:
+        """How many particles it has."""
+        return self.particles
+
+    @property
     def cues(self) -> tuple[str, ...]:
         """What any layer weighs by."""
         return tuple(dict.fromkeys(cue for _, cues, _ in self.layers for cue in cues))

@@ -71,6 +71,11 @@ class Method:
         """Whether it is of no use without a video, or what was found in one."""
         return True
 
+    @property
+    def sample_size(self) -> int | None:
+        """How many particles it has; None where it has none."""
+        return None
+
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them. Raises `InputError` where there are none."""
         raise InputError(f"{type(self).__name__} has no particles, expected a particle method")

@@ -54,7 +54,7 @@ def sample_size(tracks: Sequence[Track], labels: Sequence[str]) -> str:
         figure = Figure(figsize=(8.6, 2.6), layout="constrained")
         axes = figure.subplots()
         for k, track in enumerate(tracks):
-            particles = getattr(track.method, "particles", None)
+            particles = track.method.sample_size
             if particles is not None:
                 axes.plot(
                     track.time_s,

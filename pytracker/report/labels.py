@@ -39,9 +39,8 @@ def label(method: Method) -> str:
         elif "arm_projection" in method.corrections:
             words = "EKF, then projected to the arm"
     extra = [name.replace("_", " ") for name in ("bias", "patch_offset") if getattr(method, name, False)]
-    particles = getattr(method, "particles", None)
-    if particles is not None:
-        extra.insert(0, f"N = {particles}")
+    if method.sample_size is not None:
+        extra.insert(0, f"N = {method.sample_size}")
     return f"{words}, {', '.join(extra)}" if extra else words
 
 

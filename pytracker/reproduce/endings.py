@@ -64,4 +64,4 @@ def tracked(
     try:
         return track(recording, method, seed, sightings=sightings), ""
     except TrackingError as error:
-        return getattr(error, "track", None), str(error)
+        return error.track, str(error)

@@ -139,7 +139,7 @@ def parameters() -> Section:
         default = type(method)()
         given = {key: value for key, value in method.parameters().items() if value != getattr(default, key)}
         words = ", ".join(f"{key} = {value}" for key, value in given.items()) or "its defaults"
-        particles = getattr(method, "particles", None)
+        particles = method.sample_size
         rows.append([name, type(method).__name__, "–" if particles is None else f"{particles}",
                      "yes" if method.bias else "no", f"{method.accel_density:g}", words])  # fmt: skip
     return Section(

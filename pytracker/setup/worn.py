@@ -192,10 +192,9 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
         except InputError:
             continue
         except TrackingError as error:
-            lost: ArmTrack | None = getattr(error, "track", None)
-            if lost is None:
+            if not isinstance(error.track, ArmTrack):
                 continue
-            track = lost
+            track = error.track
         evidence = track.log_evidence
         seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
         missing = LEAST_EVIDENCE * max(0, int(seen.sum()) - int(np.isfinite(evidence).sum()))

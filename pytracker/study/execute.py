@@ -124,9 +124,8 @@ def execute(run: Run, source: Source) -> Result:
         result = track(source.recording, run.method, run.seed, sightings=source.sightings)
         return Result("ok", "", _rows(result))
     except TrackingError as error:
-        partial = getattr(error, "track", None)
         try:
-            return Result("lost", _line(str(error)), () if partial is None else _rows(partial))
+            return Result("lost", _line(str(error)), () if error.track is None else _rows(error.track))
         except Exception as worse:
             return failed(worse, source)
     except Exception as error:
@@ -172,7 +171,7 @@ def _rows(result: Track) -> tuple[Row, ...]:
     """A row a joint, then one for all."""
     truth = result.recording.truth
     scores = None if truth is None else evaluate(result, truth)
-    particles = getattr(result.method, "particles", None)
+    particles = result.method.sample_size
     tracked = np.isfinite(result.ess)
     whole: Row = {
         "ess_share": float(result.ess[tracked].mean()) / particles if particles and tracked.any() else None,

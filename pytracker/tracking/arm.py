@@ -10,7 +10,7 @@ import numpy as np
 
 from pytracker._core import Tracker, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
-from pytracker.methods.arm import ArmMethod, ParticleMethod
+from pytracker.methods.arm import ArmMethod
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 from pytracker.tracking.follow import Followed, follow, smoothed
@@ -76,8 +76,7 @@ def track_arm(
     if sightings.jitter_px > JITTERY * method.pixel_sd and method.pixel_sd == ArmMethod.pixel_sd:
         method = replace(method, pixel_sd=sightings.jitter_px)
     tracker = Tracker(recording, method, seed)
-    particles = method.particles if isinstance(method, ParticleMethod) else 1
-    at_once = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, particles)))
+    at_once = max(1, min(STRETCH, PARTICLE_FRAMES // max(1, method.sample_size or 1)))
     source = recording.observations(sightings)
     found = follow(tracker, source, at_once=at_once, progress=progress, threads=threads)
     found.table |= smoothed(tracker, found.tracked, progress, threads)

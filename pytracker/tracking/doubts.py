@@ -196,7 +196,7 @@ def _log_evidence(recording: ArmRecording, sightings: Sightings, method: ArmMeth
         return found
     except TrackingError as error:
         found[:] = LOST
-        if not hasattr(error, "track"):
+        if error.track is None:
             return found
         track = error.track
     known = np.isfinite(track.log_evidence)
