@@ -32,6 +32,11 @@ impl Blend {
     /// Likelihoods multiplied: what Bayes' rule asks for.
     pub const PRODUCT: Self = Self::Sum { sharpness: 1.0 };
 
+    /// The paper's; a share of the whole sharpness is that power of the base.
+    pub fn rescaled(base: f64, alpha: f64, adapt: f64, sharpness: f64) -> Self {
+        Self::Rescaled { base: base.powf(sharpness), alpha, adapt }
+    }
+
     /// Check every range.
     ///
     /// # Errors
@@ -108,12 +113,15 @@ mod tests {
 
     #[test]
     fn the_papers_blend_stretches_each_cue_over_the_set() {
-        let paper = Blend::Rescaled { base: 10.0, alpha: 0.5, adapt: 0.0 };
+        let paper = Blend::rescaled(10.0, 0.5, 0.0, 1.0);
         let losses = [vec![7.0, 8.0, 9.0], vec![0.3, 0.3, 0.3]];
         let expected = [0.0, 0.25, 0.5].map(|d| -10f64.ln() * d);
         for (found, expected) in blended(paper, &losses).into_iter().zip(expected) {
             assert!((found - expected).abs() < 1e-12);
         }
+        // A flat layer stretches as far, and weighs half as sharply.
+        let flat = blended(Blend::rescaled(10.0, 0.5, 0.0, 0.5), &losses);
+        assert!((flat[2] + 0.25 * 10f64.ln()).abs() < 1e-12);
         // What tells nothing apart has no say where alpha follows.
         let adapted = Blend::Rescaled { base: 10.0, alpha: 0.5, adapt: 1.0 };
         assert!((blended(adapted, &losses)[2] + 2.0 * 10f64.ln()).abs() < 1e-12);

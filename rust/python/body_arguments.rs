@@ -115,7 +115,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         let cues = cues.iter().map(|name| CueName::from_name(name)).collect::<Result<_>>()?;
         let blend = match blend.as_str() {
             "sum" => Blend::Sum { sharpness },
-            "rescaled" => Blend::Rescaled { base: base.powf(sharpness), alpha, adapt },
+            "rescaled" => Blend::rescaled(base, alpha, adapt, sharpness),
             _ => return Err(Error::UnknownName { what: "blend", name: blend, known: "sum, rescaled" }),
         };
         Ok(BodyLayer { mover: Mover { groups, spread }, cues, blend })
