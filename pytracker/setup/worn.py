@@ -192,8 +192,9 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
         except InputError:
             continue
         except TrackingError as error:
-            if not isinstance(error.track, ArmTrack):
+            if error.track is None:
                 continue
+            assert isinstance(error.track, ArmTrack)
             track = error.track
         evidence = track.log_evidence
         seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
