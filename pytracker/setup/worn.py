@@ -187,15 +187,9 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
     sightings = _first(sightings)
     found = [-np.inf]
     for one in put_on(recording, worn, sightings):
-        try:
-            track = track_arm(one, HELD, sightings=sightings)
-        except InputError:
+        track = _held(one, sightings)
+        if track is None:
             continue
-        except TrackingError as error:
-            if error.track is None:
-                continue
-            assert isinstance(error.track, ArmTrack)
-            track = error.track
         evidence = track.log_evidence
         seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
         missing = LEAST_EVIDENCE * max(0, int(seen.sum()) - int(np.isfinite(evidence).sum()))
@@ -203,6 +197,18 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
         found.append(whole - 0.5 * ALIKE * (min(0.0, hangs(track) - HANGS) / HANGS_SD) ** 2)
     aslant = np.degrees(np.arccos(min(1.0, float(np.abs(worn.axis).max()))))
     return dataclasses.replace(worn, log_evidence=max(found) - 0.5 * (aslant / ALONG_DEG) ** 2)
+
+
+def _held(recording: ArmRecording, sightings: Sightings) -> ArmTrack | None:
+    """The track, or what there is of it where the filter was lost."""
+    try:
+        return track_arm(recording, HELD, sightings=sightings)
+    except InputError:
+        return None
+    except TrackingError as error:
+        lost = error.track
+    assert lost is None or isinstance(lost, ArmTrack)
+    return lost
 
 
 def _best(worn: Iterable[Worn], most: int) -> list[Worn]:
