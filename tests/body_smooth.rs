@@ -37,6 +37,9 @@ proptest! {
     #[test]
     fn slopes_are_those_of_the_residuals(state in prop::array::uniform6(-0.9_f64..0.9), turn in prop::array::uniform3(-1.0_f64..1.0)) {
         let figure = figure(&FREE);
+        // The shoulder's rz is beyond its limit of 1 rad: that, too, has a slope.
+        let mut state = state;
+        state[4] += 1.1_f64.copysign(state[4]);
         let q_world_segment = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
         let orientation = Orientation { segment: Segment::UpperArm(Group::LeftArm), q_world_segment, sd: 0.1, roll_sd: 1e9 };
         let seen = person();
@@ -64,7 +67,7 @@ proptest! {
                 }
             }
         }
-        prop_assert!(told >= 3);
+        prop_assert_eq!(told, cues.len());
     }
 
     /// The roll is the last of four rows: the angle between the sensor's elbow axis and the arm's, and its slope.
