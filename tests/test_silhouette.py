@@ -55,6 +55,32 @@ def test_an_arm_before_a_wall_as_bright_as_it_is_is_skin() -> None:
     assert Silhouette(background, PX_PER_M, SilhouetteParameters(region_chroma=255))(image).skin_region is None
 
 
+@pytest.mark.parametrize("by", [(0, 0), (-50, -28), (75, 45), (-150, 0), (300, 0)], ids=str)
+def test_what_is_far_from_the_person_has_no_say(by: tuple[int, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Most is done about the person alone: wherever they stand, cut by the rim or gone, the whole picture says that.
+
+    The background holds a part of the face, which is skin beyond the foreground.
+    """
+    move = np.array([[1.0, 0.0, by[0]], [0.0, 1.0, by[1]]])
+    held = wall()
+    cv2.circle(held, (80 + by[0], 18 + by[1]), 12, (125, 158, 214), cv2.FILLED)
+    there = cv2.warpAffine(np.full((120, 160), 255, np.uint8), move, (160, 120)) > 0
+    whoever = cv2.rectangle(person(wall()), (74, 30), (86, 42), (125, 158, 214), cv2.FILLED)
+    image = np.where(there[..., None], cv2.warpAffine(whoever, move, (160, 120)), held)
+    image = np.where(np.all(held == (125, 158, 214), axis=2, keepdims=True), held, image)
+    near = Silhouette(held, 4 * PX_PER_M)(image)
+    monkeypatch.setattr(Silhouette, "_near", lambda self, mask: (slice(0, 120), slice(0, 160)))
+    whole = Silhouette(held, 4 * PX_PER_M)(image)
+    for name in ("foreground", "edges", "skin", "blobs", "areas_px"):
+        assert np.array_equal(getattr(near, name), getattr(whole, name)), name
+    regions = [(near.skin_region, whole.skin_region), (near.foreground_region, whole.foreground_region)]
+    for some, every in regions:
+        assert (some is None) == (every is None)
+        if some is not None and every is not None:
+            assert np.array_equal(some[0], every[0])
+            assert np.array_equal(some[1], every[1])
+
+
 def test_skin_is_found_where_it_is() -> None:
     found = Silhouette(wall(), PX_PER_M)(person(wall()))
     expected = np.array([(80, 30), (40, 70), (120, 70)])

@@ -4,7 +4,8 @@
 |---|---|
 | `camshift`, `sightings` | an arm's colour patch in one video, in all of them |
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
-| `silhouette`, `keypoints`, `senses` | a body's edges, skin and foreground; a detector's points; both of a frame |
+| `silhouette`, `skin`, `thresholds` | a body's foreground, edges and skin |
+| `keypoints`, `senses` | a detector's points; all that is seen of a frame |
 | `observations` | what a tracker takes, streamed in order of time |
 | `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |
 | `borne_out`, `ambiguity`, `points_borne_out`, `trunk`, `stature` | whether pictures, skin, keypoints bear a pose out |
@@ -17,7 +18,8 @@ from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, Patch
 from pytracker.evidence.observations import observations
 from pytracker.evidence.senses import Senses, senses_of
 from pytracker.evidence.sightings import Landmarks, Sightings, sight
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, SilhouetteParameters, median_background
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background
+from pytracker.evidence.thresholds import SilhouetteParameters
 
 __all__ = [
     "BodyEvidence",

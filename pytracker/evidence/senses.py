@@ -6,13 +6,8 @@ import dataclasses
 
 from pytracker.evidence.complexion import gains_of_face
 from pytracker.evidence.keypoints import PointsEvidence, with_spreads
-from pytracker.evidence.silhouette import (
-    BodyEvidence,
-    Silhouette,
-    SilhouetteParameters,
-    median_background,
-    read_background,
-)
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
+from pytracker.evidence.thresholds import SilhouetteParameters
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array

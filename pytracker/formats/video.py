@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.container import missing_bytes
 
-__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "frames", "glimpses", "probe"]
+__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "probe"]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
@@ -27,6 +27,11 @@ Image = NDArray[np.uint8]
 
 TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
+
+
+def as_image(array: Any) -> Image:
+    """What OpenCV gives, as the eight-bit image that it is."""
+    return np.asarray(array, dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +160,7 @@ def glimpses(path: Path, count: int) -> Iterator[Frame]:
 
 
 def _bgr(image: Any) -> Image:
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image, dtype=np.uint8)
+    return as_image(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image)
 
 
 class VideoWriter:
