@@ -36,6 +36,7 @@ from pytracker._core import Estimate, InputError, Observation, Tracker, Tracking
 from pytracker.evidence import Sightings
 from pytracker.methods import (
     Annealed,
+    BodyMixture,
     BodyPlain,
     BodySmooth,
     Ekf,
@@ -62,6 +63,7 @@ __all__ = [
     "Arm",
     "ArmRecording",
     "ArmScene",
+    "BodyMixture",
     "BodyPlain",
     "BodyRecording",
     "BodyScene",

@@ -19,8 +19,10 @@
 //! | [`unseen`] | depth that neither model nor camera knows, added to the bands |
 //! | [`method`] | IV-C: lists of layers and their parameters |
 //! | [`filter`] | IV-C: evidence in, a pose out |
+//! | `particles`, `mixture`, `moment` | by particles, by Gaussians, and what either is given of a frame |
 //! | [`sloped`] | a pose and its slopes, for cues that are smooth |
-//! | [`momentum`] | channels with velocities, for smoothing |
+//! | [`momentum`] | channels with velocities |
+//! | `gaussians` | Gaussians over these as an estimate |
 //! | `trajectory`, `mirrored`, `smooth` | a whole recording at once |
 
 pub mod balance;
@@ -30,13 +32,17 @@ pub mod facing;
 pub mod figure;
 pub mod filter;
 mod forward;
+mod gaussians;
 pub mod joints;
 mod lanes;
 pub mod method;
 mod mirrored;
+mod mixture;
 pub mod model;
+mod moment;
 pub mod momentum;
 pub mod motion;
+mod particles;
 mod segment;
 pub mod skin;
 pub mod sloped;
@@ -51,6 +57,6 @@ pub use cues::{CueName, Picture};
 pub use figure::{Figure, Part};
 pub use filter::BodyFilter;
 pub use joints::{Group, KEY_JOINTS, KEYPOINTS};
-pub use method::{BodyLayer, BodyMethod, Diffusion, Mover};
+pub use method::{BodyLayer, BodyMethod, Diffusion, FilterMethod, MixtureMethod, Mover, ParticleMethod};
 pub use momentum::Momentum;
 pub use unseen::Unseen;

@@ -280,7 +280,7 @@ impl Tracker {
     pub fn particles(&self) -> Option<ParticleSet> {
         match &self.subject {
             Subject::Arm(arm) => arm.particles().cloned(),
-            Subject::Body(body) => Some(body.particles()),
+            Subject::Body(body) => body.particles(),
         }
     }
 

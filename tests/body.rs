@@ -10,14 +10,14 @@ use pytracker::body::cues::outline::Outline;
 use pytracker::body::cues::penetration::Penetration;
 use pytracker::body::cues::region::{Region, RegionParameters, Regions};
 use pytracker::body::weighing::{Cue, Weighing};
-use pytracker::body::{BodyMethod, CueName, Figure, Group, Picture};
+use pytracker::body::{BodyMethod, CueName, Figure, FilterMethod, Group, ParticleMethod, Picture};
 use pytracker::filter::{Blend, Likelihood};
 use pytracker::particles::ParticleSet;
 use pytracker::{Error, Tracker};
 
 mod figure;
 
-use figure::{ALL, KEYPOINT_PARAMETERS, SUM, blank, figure, layer, method, projection, tracker, update};
+use figure::{ALL, KEYPOINT_PARAMETERS, SUM, blank, figure, layer, method, particles, projection, tracker, update};
 
 const CUES: [CueName; 3] = [CueName::Edges, CueName::Blobs, CueName::Limits];
 
@@ -252,8 +252,9 @@ fn a_hand_is_followed_and_what_a_layer_does_not_move_stays() {
 /// Islands are filters side by side: the first is what it would be alone, and together they have every particle.
 #[test]
 fn islands_are_filters_side_by_side() {
-    let with = |islands: usize, particles: usize| {
-        let method = BodyMethod { islands, particles, ..method(layer(&ALL, &CUES, SUM), 1.0) };
+    let with = |islands: usize, count: usize| {
+        let filter = FilterMethod::Particles(ParticleMethod { islands, particles: count, ..particles() });
+        let method = BodyMethod { filter, ..method(layer(&ALL, &CUES, SUM), 1.0) };
         tracker(figure(&[0, 1, 8]), method, 5)
     };
     let (mut alone, mut three) = (with(1, 14).unwrap(), with(3, 40).unwrap());

@@ -3,7 +3,8 @@
 mod figure;
 
 use figure::{
-    ALL, KEYPOINT_PARAMETERS, SUM, figure, figure_bending, figure_from, layer, method, projection, tracker, update,
+    ALL, KEYPOINT_PARAMETERS, SUM, figure, figure_bending, figure_from, layer, method, particles, projection, tracker,
+    update,
 };
 use nalgebra::{DVector, UnitQuaternion, Vector3};
 use proptest::prelude::*;
@@ -13,7 +14,7 @@ use pytracker::body::cues::limits::Limits;
 use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationParameters, Segment};
 use pytracker::body::sloped::{Rows, Sloped};
 use pytracker::body::weighing::Cue;
-use pytracker::body::{BodyMethod, CueName, Figure, Group, Momentum, Picture};
+use pytracker::body::{BodyMethod, CueName, Figure, FilterMethod, Group, Momentum, ParticleMethod, Picture};
 use pytracker::particles::ParticleSet;
 use pytracker::{Error, Estimate, Smoothing, Tracker};
 
@@ -112,7 +113,8 @@ fn seen_at(time_s: f64) -> Picture {
 
 fn smoothed_by(momentum: Momentum) -> BodyMethod {
     let layer = layer(&ALL, &[CueName::Keypoints, CueName::Limits], SUM);
-    BodyMethod { smoothing: Some(momentum), ..method(layer, 0.0) }
+    let filter = FilterMethod::Particles(ParticleMethod { smoothing: Some(momentum), ..particles() });
+    BodyMethod { filter, ..method(layer, 0.0) }
 }
 
 const MOMENTUM: Momentum = Momentum { base: 0.5, turn: 2.0, joint: 3.0, lasts_s: 1.0, first_m: 0.01, first_rad: 0.05 };

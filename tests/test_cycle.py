@@ -10,7 +10,7 @@ from test_cli import run
 
 import pytracker as pt
 from pytracker.methods.arm import ArmMethod
-from pytracker.methods.body import BodyMethod
+from pytracker.methods.body import BodyParticleMethod
 from pytracker.report.cycle_figures import one_cycle, snapshots
 from pytracker.simulate import ArmSimulation
 
@@ -53,7 +53,7 @@ def test_the_next_prior_is_what_the_last_layer_left(circle: Simulated) -> None:
 
 
 @pytest.mark.parametrize("method", BODY, ids=lambda m: m.name)
-def test_a_body_cycle_is_that_of_the_track(body: pt.BodyRecording, method: BodyMethod) -> None:
+def test_a_body_cycle_is_that_of_the_track(body: pt.BodyRecording, method: BodyParticleMethod) -> None:
     track = pt.track(body, method, 3)
     cycle = pt.record_cycle(body, method, 3, frame=25)
     for joint, rows in track.joints.items():

@@ -49,6 +49,8 @@ def test_keypoints_alone_are_tracked(sensed: Path, tmp_path: Path) -> None:
     assert pt.doubts(track) == ()
     (video,) = (finding for finding in check(folder).findings if finding.what == "video")
     assert (video.verdict, video.evidence[:13]) == ("cannot be told", "there is none")
+    seen, unseen = (pt.track(without(load(of), imus=2), pt.BodyMixture()) for of in (sensed, folder))
+    assert np.array_equal(seen.joints["left_wrist"].mean, unseen.joints["left_wrist"].mean)
     assert pt.record_cycle(recording, pt.Partitioned(), 1, frame=40).frame == 40
     with pytest.raises(
         pt.InputError, match="BodyPlain weighs by what a video shows and the recording has keypoints alone"

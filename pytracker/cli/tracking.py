@@ -29,6 +29,7 @@ from pytracker.report.labels import HELD
 from pytracker.report.tables import plain, read_run, read_track
 from pytracker.scores.evaluate import held
 from pytracker.tracking.doubts import unbelieved
+from pytracker.tracking.fits import why_unfit
 from pytracker.tracking.track import default_method
 
 __all__ = ["commands"]
@@ -48,7 +49,13 @@ ARM_METHODS: tuple[Method, ...] = (
 )
 """Each as tuned on simulated circles of other seeds than any that is reported."""
 
-BODY_SHOWN: tuple[BodyMethod, ...] = (pt.BodySmooth(), pt.Partitioned(), pt.BodyPlain(), pt.Annealed())
+BODY_SHOWN: tuple[BodyMethod, ...] = (
+    pt.BodySmooth(),
+    pt.BodyMixture(),
+    pt.Partitioned(),
+    pt.BodyPlain(),
+    pt.Annealed(),
+)
 """Tuned on simulated bodies of other seeds than any that is reported."""
 
 SHOWN: Mapping[str, tuple[Method, ...]] = {"arm": ARM_METHODS, "body": BODY_SHOWN}
@@ -61,9 +68,9 @@ FEW_VALID = 0.5
 
 
 def _of_use(recording: pt.Recording) -> tuple[Method, ...]:
-    """What a report compares, the default first; what needs a picture only where there is one."""
+    """What a report compares, the default first, of what can track it."""
     best = default_method(recording)
-    of_use = (method for method in SHOWN[recording.kind] if recording.has_picture or not method.needs_picture)
+    of_use = (method for method in SHOWN[recording.kind] if not why_unfit(recording, method))
     return tuple(sorted(of_use, key=lambda method: method != best))
 
 

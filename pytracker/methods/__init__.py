@@ -15,7 +15,7 @@ from pytracker.methods.arm import (
     Plain,
     Smooth,
 )
-from pytracker.methods.body import BODY_METHODS, Annealed, BodyMethod, BodyPlain, BodySmooth, Partitioned
+from pytracker.methods.body import BODY_METHODS, Annealed, BodyMethod, BodyMixture, BodyPlain, BodySmooth, Partitioned
 from pytracker.methods.method import Method
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "Annealed",
     "ArmMethod",
     "BodyMethod",
+    "BodyMixture",
     "BodyPlain",
     "BodySmooth",
     "Ekf",

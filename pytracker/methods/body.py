@@ -1,7 +1,7 @@
 """How a body is tracked: frozen, validated, every parameter with its unit.
 
 `BodyPlain` is Li & Kulić as printed. `Annealed` and `Partitioned` are other lists of layers, with likelihoods on a
-fixed scale, so that their bands mean something.
+fixed scale, so that their bands mean something. `BodyMixture` and `BodySmooth` are Gaussian.
 """
 
 from __future__ import annotations
@@ -12,7 +12,16 @@ from typing import ClassVar
 from pytracker.methods.method import Method
 from pytracker.skeleton.skeleton import UPPER_BODY
 
-__all__ = ["BODY_METHODS", "Annealed", "BodyMethod", "BodyPlain", "BodySmooth", "Partitioned"]
+__all__ = [
+    "BODY_METHODS",
+    "Annealed",
+    "BodyMethod",
+    "BodyMixture",
+    "BodyParticleMethod",
+    "BodyPlain",
+    "BodySmooth",
+    "Partitioned",
+]
 
 ALL = ("torso", "left_arm", "right_arm")
 
@@ -30,6 +39,63 @@ BodyLayer = tuple[tuple[tuple[str, ...], float], tuple[str, ...], tuple[str, flo
 @dataclass(frozen=True, kw_only=True)
 class BodyMethod(Method):
     """What every body method assumes. Raises `InputError` when out of range.
+
+    Attributes:
+        unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
+            it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
+            depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
+        first_distance_sd_m: standard deviation of how far off the body is in the first pose, m, from the first frame
+            on; a recording may say it (`[initial] distance_sd_m`).
+        unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
+        unseen_turn_sd_rad: of its turn about its long axis; likewise.
+        keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
+        keypoint_reach: beyond about so many standard deviations a keypoint says nothing more.
+        orientation_inflation: how many times its spread the orientation of a sensor has.
+        effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where
+            it hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
+        balance: of how far arms reach towards the camera, so much the trunk gives way, as who stands does (the
+            shoulders of people who do exercises by 0.17 and 0.25); put it to 0 for who sits. It needs to know how far
+            they reach (else: 0).
+        crown_m: how far the head's outer shape reaches beyond the end of the skeleton's head, which in CMU skeletons is
+            the middle of the face, m (paper: 0).
+        free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
+    """
+
+    unseen_distance_sd_m: float = 0.0
+    first_distance_sd_m: float = 0.0
+    unseen_lean_sd_rad: float = 0.0
+    unseen_turn_sd_rad: float = 0.0
+    keypoint_inflation: float = 2.0
+    keypoint_reach: float = 4.0
+    orientation_inflation: float = 2.0
+    effort_loss: float = 0.0
+    balance: float = 0.0
+    crown_m: float = 0.0
+    free: tuple[str, ...] = ()
+
+    kind: ClassVar[str] = "body"
+    filter: ClassVar[str]
+    """Which of the filters runs it."""
+
+    @property
+    def cues(self) -> tuple[str, ...]:
+        """What it weighs by, where a frame has it."""
+        raise NotImplementedError(type(self).__name__)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The channels that are tracked."""
+        return self.free or UPPER_BODY
+
+    @property
+    def needs_picture(self) -> bool:
+        """Whether nothing that it weighs by comes from elsewhere."""
+        return "keypoints" not in self.cues
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyParticleMethod(BodyMethod):
+    """What every method assumes that weighs particles, layer by layer.
 
     Attributes:
         particles: how many in every layer (paper: 300).
@@ -56,29 +122,11 @@ class BodyMethod(Method):
         gate_m: how far from where it was expected a blob may be given to head or hand, m.
         anew_share: share of the particles whose arm is drawn anew from all that its joints allow, so that a lost arm is
             found again; 0 is the paper.
-        unseen_distance_sd_m: standard deviation of how far off the body is, beyond what is tracked; like lean and turn
-            it moves joints along their viewing rays, which one camera does not see, so that it widens their bands in
-            depth and nothing else: from nothing at the first frame to all of it after two seconds (paper: 0).
-        first_distance_sd_m: standard deviation of how far off the body is in the first pose, m, from the first frame
-            on; a recording may say it (`[initial] distance_sd_m`).
-        unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
-        unseen_turn_sd_rad: of its turn about its long axis; likewise.
         skin_loss: log-likelihood lost by hands and bare forearms that lie off the skin, and as much by skin that
             neither head nor arm wears (fixed scale; the paper has blobs only: 0).
         foreground_loss: the same of limbs and the foreground above the hips.
         region_reach_m: farther off than this is as bad as any, m.
-        keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
-        keypoint_reach: beyond about so many standard deviations a keypoint says nothing more.
-        orientation_inflation: how many times its spread the orientation of a sensor has.
-        effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where
-            it hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
-        balance: of how far arms reach towards the camera, so much the trunk gives way, as who stands does (the
-            shoulders of people who do exercises by 0.17 and 0.25); put it to 0 for who sits. It needs to know how far
-            they reach (else: 0).
-        crown_m: how far the head's outer shape reaches beyond the end of the skeleton's head, which in CMU skeletons is
-            the middle of the face, m (paper: 0).
         edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
-        free: channels of the skeleton that are tracked, `bone_dof`; empty: the paper's 11.
     """
 
     particles: int = 300
@@ -97,25 +145,12 @@ class BodyMethod(Method):
     blob_reach: float = 4.0
     gate_m: float = 0.45
     anew_share: float = 0.0
-    unseen_distance_sd_m: float = 0.0
-    first_distance_sd_m: float = 0.0
-    unseen_lean_sd_rad: float = 0.0
-    unseen_turn_sd_rad: float = 0.0
     skin_loss: float = 0.0
     foreground_loss: float = 0.0
     region_reach_m: float = 0.1
-    keypoint_inflation: float = 2.0
-    keypoint_reach: float = 4.0
-    orientation_inflation: float = 2.0
-    effort_loss: float = 0.0
-    balance: float = 0.0
-    crown_m: float = 0.0
     edge_loss: float = 3.0
-    free: tuple[str, ...] = ()
 
-    kind: ClassVar[str] = "body"
-    is_smoothed: ClassVar[bool] = False
-    """Whether the whole recording is smoothed in the end."""
+    filter: ClassVar[str] = "particles"
 
     @property
     def sample_size(self) -> int | None:
@@ -127,16 +162,6 @@ class BodyMethod(Method):
         """What any layer weighs by."""
         return tuple(dict.fromkeys(cue for _, cues, _ in self.layers for cue in cues))
 
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """The channels that are tracked."""
-        return self.free or UPPER_BODY
-
-    @property
-    def needs_picture(self) -> bool:
-        """Whether nothing that it weighs by comes from elsewhere."""
-        return "keypoints" not in self.cues
-
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them."""
         return [
@@ -146,7 +171,39 @@ class BodyMethod(Method):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodyPlain(BodyMethod):
+class _Momentum(BodyMethod):
+    """Channels that have velocities.
+
+    Attributes:
+        base_accel_density: how the velocity of the root changes, m/s/√s.
+        turn_accel_density: of its turns, and of back and neck where they are free, rad/s/√s.
+        joint_accel_density: of shoulders and elbows, rad/s/√s.
+        velocity_lasts_s: how long a velocity lasts, s.
+        first_pose_sd_m: how well the root's place is known at the first frame, m per axis.
+        first_pose_sd_rad: how well every angle is, rad.
+    """
+
+    base_accel_density: float = 2.0
+    turn_accel_density: float = 5.0
+    joint_accel_density: float = 25.0
+    velocity_lasts_s: float = 0.3
+    first_pose_sd_m: float = 0.02
+    first_pose_sd_rad: float = 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Doubting(BodyMethod):
+    """What one camera does not tell widens the bands."""
+
+    unseen_distance_sd_m: float = 0.05
+    unseen_lean_sd_rad: float = 0.17
+    unseen_turn_sd_rad: float = 0.17
+    effort_loss: float = 1.25
+    crown_m: float = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyPlain(BodyParticleMethod):
     """The particle filter of Li & Kulić: distances rescaled over the set, `A^-d`, one layer."""
 
     layers: tuple[BodyLayer, ...] = (((ALL, 1.0), PAPER, ("rescaled", 1.0)),)
@@ -158,17 +215,12 @@ class BodyPlain(BodyMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Fixed(BodyMethod):
+class _Fixed(_Doubting, BodyParticleMethod):
     """Cues on a fixed scale."""
 
-    unseen_distance_sd_m: float = 0.05
-    unseen_lean_sd_rad: float = 0.17
-    unseen_turn_sd_rad: float = 0.17
     base_turn_density: float = 0.2
     skin_loss: float = 30.0
     foreground_loss: float = 30.0
-    effort_loss: float = 1.25
-    crown_m: float = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,31 +249,57 @@ class Partitioned(_Fixed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodySmooth(Partitioned):
+class BodyMixture(_Doubting, _Momentum):
+    """Gaussians over channels and their velocities, by keypoints and sensors: no particles, no seed, no picture needed.
+
+    A limb that leans towards the camera looks like one that leans away by as much: both are components of the mixture.
+
+    Attributes:
+        corrections: what corrects it, all at once, where a frame has it: `keypoints`, `orientation` (of sensors on the
+            arms), `effort` (upper arms against gravity), `limits` (of joints, softly).
+        components: how many Gaussians are kept; one is an iterated extended Kalman filter.
+    """
+
+    corrections: tuple[str, ...] = ("keypoints", "orientation", "effort", "limits")
+    components: int = 12
+    balance: float = 0.12
+
+    filter: ClassVar[str] = "mixture"
+
+    @property
+    def name(self) -> str:
+        """The name that the command line knows it by."""
+        return "mixture"
+
+    @property
+    def cues(self) -> tuple[str, ...]:
+        """What corrects it."""
+        return self.corrections
+
+    @property
+    def needs_picture(self) -> bool:
+        """It sees none."""
+        return False
+
+    @property
+    def needs_points(self) -> bool:
+        """Nothing else tells it where joints are."""
+        return True
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodySmooth(Partitioned, _Momentum):
     """The whole recording at once: what `Partitioned` gives, smoothed by Gauss-Newton over all frames: the best here.
 
     Every frame is estimated from what comes before and after it, by where a detector saw the joints, or the particles
-    where there was none, by the sensors' orientations, and by how limbs move. Online it gives what `Partitioned` of the
-    same `balance` does.
-
-    Attributes:
-        base_accel_density: how the velocity of the root changes, m/s/√s.
-        turn_accel_density: of its turns, and of back and neck where they are free, rad/s/√s.
-        joint_accel_density: of shoulders and elbows, rad/s/√s.
-        velocity_lasts_s: how long a velocity lasts, s.
-        first_pose_sd_m: how well the root's place is known at the first frame, m per axis.
-        first_pose_sd_rad: how well every angle is, rad.
+    where there was none, by the sensors' orientations, and by how limbs move. Of two ways for a limb to lean it settles
+    on one; what a mixture like `BodyMixture` makes of the same frames has a share of three tenths in means and bands. Online
+    it gives what `Partitioned` of the same `balance` does.
     """
 
-    is_smoothed: ClassVar[bool] = True
-
-    base_accel_density: float = 2.0
-    turn_accel_density: float = 5.0
-    joint_accel_density: float = 25.0
-    velocity_lasts_s: float = 0.3
-    first_pose_sd_m: float = 0.02
-    first_pose_sd_rad: float = 0.1
     balance: float = 0.12
+
+    filter: ClassVar[str] = "smoother"
 
     @property
     def name(self) -> str:
@@ -233,6 +311,7 @@ BODY_METHODS: dict[str, type[BodyMethod]] = {
     "plain": BodyPlain,
     "annealed": Annealed,
     "partitioned": Partitioned,
+    "mixture": BodyMixture,
     "smooth": BodySmooth,
 }
 """Body methods by the name that the command line knows them by."""

@@ -72,6 +72,11 @@ class Method:
         return True
 
     @property
+    def needs_points(self) -> bool:
+        """Whether it is of no use without places of joints, or sensors on them."""
+        return False
+
+    @property
     def sample_size(self) -> int | None:
         """How many particles it has; None where it has none."""
         return None

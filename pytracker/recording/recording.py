@@ -186,6 +186,11 @@ class Recording(ABC):
         """Whether there is a video, or what was found in one by colour."""
         return True
 
+    @property
+    def has_points(self) -> bool:
+        """Whether places of joints were found, or sensors on them tell how they lie."""
+        return True
+
     def observations(self, evidence: Any = None) -> Iterator[Observation]:
         """All that was observed, in order of time: see `pytracker.evidence.observations`."""
         return type(self).observer(self, evidence)
@@ -263,3 +268,8 @@ class BodyRecording(Recording):
     def has_picture(self) -> bool:
         """Whether there is more than keypoints."""
         return self.video is not None
+
+    @property
+    def has_points(self) -> bool:
+        """Whether there are keypoints or sensors."""
+        return self.view.keypoints is not None or bool(self.imus)

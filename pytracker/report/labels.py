@@ -26,6 +26,7 @@ WORDS = {
     "BodyPlain": "PF of Li & Kulić",
     "Annealed": "Annealed PF",
     "Partitioned": "Partitioned PF",
+    "BodyMixture": "Gaussian mixture of the body",
     "BodySmooth": "Partitioned PF, smoothed",
 }
 

@@ -223,7 +223,7 @@ def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Arra
     """Why joints of a frame are not to be believed, by joint, `""` for the frame; empty where they are."""
     seen = watched.reasons(found.table)
     # A paper's filter sees blobs and nothing else of the skin.
-    if "regions" not in method.cues and not watched.is_alone:
+    if "blobs" in method.cues and "regions" not in method.cues and not watched.is_alone:
         blind = [not np.isfinite(row).any() for row in blobs]
         seen = [words or ({"": "no skin blob"} if none else {}) for words, none in zip(seen, blind, strict=True)]
     for words, doubt in zip(seen, found.table["doubt"], strict=True):

@@ -6,17 +6,28 @@ from pytracker._core import InputError
 from pytracker.methods.method import Method
 from pytracker.recording.recording import Recording
 
-__all__ = ["check_fits"]
+__all__ = ["check_fits", "why_unfit"]
+
+
+def why_unfit(recording: Recording, method: Method) -> str:
+    """Why the method cannot track it: it is another kind's, or weighs by nothing that is there; empty where it can."""
+    name = type(method).__name__
+    if method.kind != recording.kind:
+        return f"{name} tracks a recording of kind {method.kind!r}, this one is {recording.kind!r}"
+    if method.needs_picture and not recording.has_picture:
+        return (
+            f"{name} weighs by what a video shows and the recording has keypoints alone, expected a video, or a method "
+            "with keypoints among its cues"
+        )
+    if method.needs_points and not recording.has_points:
+        return (
+            f"{name} is corrected by keypoints and sensors on the arms and the recording has neither, expected "
+            "[[camera]] keypoints (pytracker keypoints FOLDER finds them in the video) or [[imu]], or another method"
+        )
+    return ""
 
 
 def check_fits(recording: Recording, method: Method) -> None:
-    """Raise `InputError` where the method is another kind's, or weighs by nothing that the recording has."""
-    if method.kind != recording.kind:
-        raise InputError(
-            f"{type(method).__name__} tracks a recording of kind {method.kind!r}, this one is {recording.kind!r}"
-        )
-    if method.needs_picture and not recording.has_picture:
-        raise InputError(
-            f"{type(method).__name__} weighs by what a video shows and the recording has keypoints alone, expected a "
-            "video, or a method with keypoints among its cues"
-        )
+    """Raise `InputError` where the method cannot track the recording."""
+    if why := why_unfit(recording, method):
+        raise InputError(why)

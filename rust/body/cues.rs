@@ -118,6 +118,21 @@ impl CueParameters {
         })
     }
 
+    /// Of a method's parameters, which has those of cues that are smooth; the others, which it does not have, count nothing.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] naming one that is missing.
+    pub fn of_smooth(from: &Parameters) -> Result<Self> {
+        Ok(Self {
+            outline: OutlineParameters { loss: 0.0 },
+            blobs: BlobParameters { sd_m: 1.0, reach: 1.0, gate_m: 1.0 },
+            regions: RegionParameters { skin_loss: 0.0, foreground_loss: 0.0, reach_m: 1.0 },
+            keypoints: KeypointParameters::read(from)?,
+            orientation: OrientationParameters::read(from)?,
+            effort: EffortParameters::read(from)?,
+        })
+    }
+
     /// Check every range.
     ///
     /// # Errors

@@ -1,20 +1,17 @@
 //! The body as a tracker's subject: an image's evidence in, a pose with error bars out.
 
-use super::cues::keypoints::{Person, nearest};
+use super::cues::Picture;
 use super::cues::orientation::Orientation;
 use super::cues::region::bareness;
-use super::cues::{Frame, Picture};
 use super::figure::Figure;
-use super::joints::KEY_JOINTS;
-use super::method::BodyMethod;
-use super::skin::{Assignment, Blobs};
-use super::smooth::{Recorded, seen};
-use super::trajectory::Kept;
+use super::method::{BodyMethod, FilterMethod};
+use super::mixture::BodyMixture;
+use super::moment::Moment;
+use super::particles::BodyParticles;
 use super::unseen::{UNSEEN, Unseen};
-use super::weighing::Weighing;
 use crate::error::{require, require_time};
-use crate::estimate::{Estimate, Point};
-use crate::filter::{Blend, Islands, Layer, LayeredFilter, Recorder};
+use crate::estimate::Estimate;
+use crate::filter::Recorder;
 use crate::particles::ParticleSet;
 use crate::projection::Projection;
 use crate::smoothing::Windowed;
@@ -33,57 +30,43 @@ struct Worn {
     orientation: Orientation,
 }
 
-/// Particles over the poses of one body.
+/// One of the filters, over the poses of one body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyFilter {
     figure: Figure,
     projection: Projection,
     method: BodyMethod,
-    islands: Islands,
-    /// Of blobs to head and hands, island by island.
-    assignments: Vec<Assignment>,
+    filter: Filter,
     /// Segment by segment.
     worn: Vec<Worn>,
     /// Times of the first and the last.
     frames_s: Option<[f64; 2]>,
     /// How bare the forearms are, told at the first frame that shows skin.
     bare: Option<f64>,
-    /// What every frame brought, where the recording is smoothed.
-    kept: Vec<Kept>,
 }
 
-/// What every island sees of one frame.
-struct AtFrame<'a> {
-    figure: &'a Figure,
-    projection: &'a Projection,
-    method: &'a BodyMethod,
-    picture: &'a Picture,
-    orientations: &'a [Orientation],
-    time_s: f64,
-    elapsed_s: f64,
-    bare: f64,
-}
-
-/// What an island knows at one frame.
-struct Posterior {
-    /// Before the last resampling.
-    particles: ParticleSet,
-    blobs: Blobs,
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+enum Filter {
+    Particles(BodyParticles),
+    Mixture(BodyMixture),
 }
 
 impl BodyFilter {
-    /// All particles at the figure's own pose (paper IV-C1).
+    /// At the figure's own pose (paper IV-C1).
     ///
     /// # Errors
     /// [`Error::Parameter`], [`Error::Size`].
     pub fn new(figure: Figure, projection: Projection, method: BodyMethod, seed: u64) -> Result<Self> {
         method.check()?;
-        let BodyMethod { particles, islands: count, resampling, cue_parameters, balance, .. } = method;
-        let figure = figure.balanced(&projection, balance);
-        let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
-        let assignments = vec![Assignment::new(cue_parameters.blobs.gate_m); count];
-        let (worn, frames_s, bare, kept) = (Vec::new(), None, None, Vec::new());
-        Ok(Self { figure, projection, method, islands, assignments, worn, frames_s, bare, kept })
+        let figure = figure.balanced(&projection, method.balance);
+        let filter = match &method.filter {
+            FilterMethod::Particles(particles) => {
+                let gate_m = method.cue_parameters.blobs.gate_m;
+                Filter::Particles(BodyParticles::new(&figure, particles.clone(), gate_m, seed)?)
+            }
+            FilterMethod::Mixture(mixture) => Filter::Mixture(BodyMixture::new(&figure, mixture)),
+        };
+        Ok(Self { figure, projection, method, filter, worn: Vec::new(), frames_s: None, bare: None })
     }
 
     /// The figure.
@@ -92,14 +75,15 @@ impl BodyFilter {
     }
 
     /// The particles as they stand, of all islands: the free channels; then, where the method has it, what the camera does
-    /// not see: distance, m, lean and turn, rad.
-    pub fn particles(&self) -> ParticleSet {
-        let particles = self.islands.particles();
+    /// not see: distance, m, lean and turn, rad. None of a mixture.
+    pub fn particles(&self) -> Option<ParticleSet> {
+        let Filter::Particles(filter) = &self.filter else { return None };
+        let particles = filter.particles();
         if self.method.unseen.is_none() {
-            return particles;
+            return Some(particles);
         }
         let [first_s, last_s] = self.frames_s.unwrap_or_default();
-        self.method.unseen.drawn(&particles, last_s - first_s)
+        Some(self.method.unseen.drawn(&particles, last_s - first_s))
     }
 
     /// Where states put the key joints, `(N, 8 * 3)`, m: of the free channels, or with columns of what is not seen besides.
@@ -167,39 +151,17 @@ impl BodyFilter {
         let bare = self.bare.unwrap_or(1.0);
         let fresh = self.worn.iter().filter(|worn| time_s - worn.time_s <= STALE_S);
         let orientations: Vec<Orientation> = fresh.map(|worn| worn.orientation).collect();
-        let Self { figure, projection, method, islands, assignments, .. } = self;
         let orientations = orientations.as_slice();
-        let sight = AtFrame { figure, projection, method, picture, orientations, time_s, elapsed_s, bare };
-        let posteriors = islands
-            .each(assignments, recorder, |filter, assignment, recorder| sight.update(filter, assignment, recorder))?;
         let first_s = self.frames_s.map_or(time_s, |[first_s, _]| first_s);
         self.frames_s = Some([first_s, time_s]);
-        let sets: Vec<&ParticleSet> = posteriors.iter().map(|posterior| &posterior.particles).collect();
-        let together = ParticleSet::together(&sets);
-        let joints = self.figure.key_joints(&together);
-        let blobs = most_given(&posteriors);
-        if self.method.smoothing.is_some() {
-            let (mean, _) = together.moments();
-            let parameters = self.method.cue_parameters.keypoints;
-            let joints = joints.summary(joints.dim());
-            let seen = seen((&self.figure, &self.projection), picture, parameters, (&mean, &joints));
-            let (orientations, mean) = (orientations.to_vec(), mean.as_slice().to_vec());
-            self.kept.push(Kept { time_s, seen, orientations, mean, blobs });
-        }
-        let joints = self.figure.in_balance(joints);
-        let mut joints = joints.summary(joints.dim());
-        self.method.unseen.add(&mut joints, &self.projection, time_s - first_s);
-        let estimate = Estimate {
-            time_s,
-            state: together.summary(together.dim()),
-            places: (0..KEY_JOINTS.len()).map(|joint| Point::of_columns(&joints, 3 * joint)).collect(),
-            ess: Some(together.ess()),
-            // Distances and losses are no normalised densities: their mean is no evidence.
-            log_evidence: None,
-            doubt: None,
-            blobs,
+        let (Self { figure, projection, method, filter, .. }, since_s) = (self, time_s - first_s);
+        let (figure, projection, method) = (&*figure, &*projection, &*method);
+        let moment = Moment { figure, projection, method, picture, orientations, time_s, elapsed_s, since_s, bare };
+        let estimate = match filter {
+            Filter::Particles(particles) => particles.update(&moment, recorder),
+            Filter::Mixture(mixture) => mixture.update(&moment),
         };
-        estimate.checked()
+        estimate?.checked()
     }
 
     /// Frames so far, from number `first` on, each given those about it: as many as are smoothed together; none beyond the
@@ -208,10 +170,10 @@ impl BodyFilter {
     /// # Errors
     /// [`Error::Singular`], [`Error::RanAway`] where no trajectory is found.
     pub(crate) fn smoothed(&self, first: usize) -> Result<Windowed> {
-        let Self { figure, projection, method, kept, .. } = self;
-        method.smoothing.as_ref().map_or(Ok(Windowed::default()), |momentum| {
-            Recorded { figure, projection, method, momentum, frames: kept }.window(first)
-        })
+        match &self.filter {
+            Filter::Particles(particles) => particles.smoothed((&self.figure, &self.projection, &self.method), first),
+            Filter::Mixture(_) => Ok(Windowed::default()),
+        }
     }
 
     /// Check what was read back.
@@ -221,54 +183,4 @@ impl BodyFilter {
     pub fn check_parameters(&self) -> Result<()> {
         self.method.check()
     }
-}
-
-impl AtFrame<'_> {
-    /// One cycle of an island.
-    fn update(
-        &self,
-        filter: &mut LayeredFilter,
-        assignment: &mut Assignment,
-        recorder: Option<&mut dyn Recorder>,
-    ) -> Result<Posterior> {
-        let Self { figure, projection, method, picture, orientations, time_s, elapsed_s, bare } = *self;
-        let (blobs, person) = self.assign(filter.particles(), assignment);
-        let frame = Frame { figure, projection, picture, orientations, blobs, person: person.as_ref(), bare };
-        let walks: Vec<_> = method.layers.iter().map(|layer| method.walk(figure, &layer.mover, elapsed_s)).collect();
-        let weighings: Vec<Weighing<'_>> = method.layers.iter().map(|layer| method.weighing(layer, &frame)).collect();
-        let layers: Vec<Layer<'_>> = walks
-            .iter()
-            .zip(&weighings)
-            .map(|(walk, weighing)| Layer { transition: walk, likelihoods: vec![weighing], blend: Blend::PRODUCT })
-            .collect();
-        filter.cycle(time_s, &layers, recorder, |particles, _| Posterior { particles: particles.clone(), blobs })
-    }
-
-    /// Blobs to wearers, and which of the people found is this one, by where the mean of the particles expects them.
-    fn assign(&self, particles: &ParticleSet, assignment: &mut Assignment) -> (Blobs, Option<Person>) {
-        let Self { figure, projection, method, picture, .. } = *self;
-        let (mean, _) = particles.moments();
-        let seen = figure.seen(projection, mean.as_slice());
-        let expected = [0, 1, 2].map(|wearer| {
-            let [a, b] = [0, 1].map(|end| seen[KEY_JOINTS.len() + 2 * wearer + end]);
-            [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
-        });
-        let blobs = assignment.assign(&picture.blobs, &expected, seen[0].px_per_m);
-        (blobs, nearest(&picture.keypoints, figure, &seen, method.cue_parameters.keypoints))
-    }
-}
-
-/// The blob that most islands gave to each wearer; of as many, the first.
-fn most_given(posteriors: &[Posterior]) -> Blobs {
-    std::array::from_fn(|wearer| {
-        let given = |posterior: &Posterior| posterior.blobs[wearer];
-        let count = |blob: Option<[f64; 2]>| posteriors.iter().filter(|p| given(p) == blob).count();
-        let mut best = given(&posteriors[0]);
-        for blob in posteriors.iter().map(given) {
-            if count(blob) > count(best) {
-                best = blob;
-            }
-        }
-        best
-    })
 }

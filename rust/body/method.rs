@@ -5,6 +5,7 @@
 //! | plain (Li & Kulić) | [zero-order, edges and skin rescaled over the set] |
 //! | annealed | [diffusion, cues] k times: flat to sharp, the diffusion shrinking |
 //! | partitioned | torso; left arm; right arm |
+//! | mixture | [velocities, all that is smooth] on Gaussians |
 
 use super::cues::{BOUNDS, CueName, CueParameters, Frame};
 use super::figure::Figure;
@@ -20,7 +21,7 @@ use crate::skeleton::Channel;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 
-/// What a layer moves, by diffusion.
+/// What a layer moves, by diffusion where there are particles.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Mover {
     /// Groups of columns that diffuse; of these the parts, blobs and points weigh.
@@ -56,32 +57,63 @@ pub struct Diffusion {
 /// A method of tracking the body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BodyMethod {
-    /// How many particles.
-    pub particles: usize,
-    /// Into how many shares they are divided that are filtered on their own.
-    pub islands: usize,
-    /// Applied in order at every frame.
+    /// Which filter.
+    pub filter: FilterMethod,
+    /// Applied in order at every frame; by a mixture all at once, of their cues those that are smooth.
     pub layers: Vec<BodyLayer>,
-    /// After each layer.
-    pub resampling: Resampling,
-    /// How the body moves.
-    pub diffusion: Diffusion,
-    /// Share of the particles whose arm is drawn anew from all that its joints allow.
-    pub anew_share: f64,
     /// How much each cue counts.
     pub cue_parameters: CueParameters,
     /// Of how far arms reach towards the camera, so much the trunk gives way.
     pub balance: f64,
     /// What the estimate adds to the joints' depth.
     pub unseen: Unseen,
-    /// Where the whole recording is smoothed: how the body moves.
+}
+
+/// Which filter, and what it alone needs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum FilterMethod {
+    /// Layers on a particle set.
+    Particles(ParticleMethod),
+    /// Gaussians over channels and their velocities.
+    Mixture(MixtureMethod),
+}
+
+/// What particles need.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParticleMethod {
+    /// How many.
+    pub particles: usize,
+    /// Into how many shares they are divided that are filtered on their own.
+    pub islands: usize,
+    /// After each layer.
+    pub resampling: Resampling,
+    /// How the body moves.
+    pub diffusion: Diffusion,
+    /// Share of the particles whose arm is drawn anew from all that its joints allow.
+    pub anew_share: f64,
+    /// Where the whole recording is smoothed in the end: how the body moves there.
     pub smoothing: Option<Momentum>,
+}
+
+/// What a mixture of Gaussians needs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MixtureMethod {
+    /// Components that are kept.
+    pub components: usize,
+    /// How the body moves.
+    pub momentum: Momentum,
 }
 
 /// No spread is larger.
 const MOST: f64 = 1e6;
 
 impl BodyLayer {
+    /// All groups by these cues.
+    pub fn whole(cues: Vec<CueName>) -> Self {
+        let mover = Mover { groups: vec![Group::Torso, Group::LeftArm, Group::RightArm], spread: 1.0 };
+        Self { mover, cues, blend: Blend::Sum { sharpness: 1.0 } }
+    }
+
     /// Check every range, and that cues and blend go together.
     ///
     /// # Errors
@@ -106,26 +138,15 @@ impl BodyLayer {
     }
 }
 
-impl BodyMethod {
-    /// Check every range.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] naming the first that is out of range.
-    pub fn check(&self) -> Result<()> {
+impl ParticleMethod {
+    fn check(&self) -> Result<()> {
         let Diffusion { base, base_turn, trunk, joint } = self.diffusion;
         require_not_negative("base_density", base, "0 m/√s or more")?;
         require_not_negative("base_turn_density", base_turn, "0 rad/√s or more")?;
         require_not_negative("trunk_density", trunk, "0 rad/√s or more")?;
         require_not_negative("joint_density", joint, "0 rad/√s or more")?;
         require((0.0..1.0).contains(&self.anew_share), "anew_share", self.anew_share, "a share from 0 to below 1")?;
-        self.cue_parameters.check()?;
-        require((0.0..=1.0).contains(&self.balance), "balance", self.balance, "a share from 0 to 1")?;
-        self.unseen.check()?;
-        self.smoothing.iter().try_for_each(Momentum::check)?;
-        if self.layers.is_empty() {
-            return Err(Error::Size { name: "layers", got: 0, unit: "layers", expected: 1 });
-        }
-        self.layers.iter().try_for_each(BodyLayer::check)
+        self.smoothing.iter().try_for_each(Momentum::check)
     }
 
     pub(super) fn walk(&self, figure: &Figure, mover: &Mover, elapsed_s: f64) -> Walk {
@@ -144,6 +165,40 @@ impl BodyMethod {
         let sd: Vec<f64> = sd.collect();
         let anew = if elapsed_s > 0.0 { Anew::arms(figure, &mover.groups) } else { Vec::new() };
         Walk { sd, anew, share: self.anew_share * mover.spread }
+    }
+}
+
+impl MixtureMethod {
+    fn check(&self) -> Result<()> {
+        require((1..=100).contains(&self.components), "components", self.components as f64, "1 to 100")?;
+        self.momentum.check()
+    }
+}
+
+impl BodyMethod {
+    /// Check every range.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] naming the first that is out of range.
+    pub fn check(&self) -> Result<()> {
+        match &self.filter {
+            FilterMethod::Particles(particles) => particles.check()?,
+            FilterMethod::Mixture(mixture) => mixture.check()?,
+        }
+        self.cue_parameters.check()?;
+        require((0.0..=1.0).contains(&self.balance), "balance", self.balance, "a share from 0 to 1")?;
+        self.unseen.check()?;
+        if self.layers.is_empty() {
+            return Err(Error::Size { name: "layers", got: 0, unit: "layers", expected: 1 });
+        }
+        self.layers.iter().try_for_each(BodyLayer::check)
+    }
+
+    /// The same, for frames `every_s` apart, of which those within `lasts_s` together say once what speaks against a posture.
+    pub(super) fn for_postures(&self, every_s: f64, lasts_s: f64) -> Self {
+        let mut method = self.clone();
+        method.cue_parameters.effort.loss *= (every_s / lasts_s).min(1.0);
+        method
     }
 
     /// What a layer weighs particles by, of what a frame shows.

@@ -17,6 +17,9 @@ const MOST: f64 = 1e6;
 /// No channel is known better, m or rad, and no velocity.
 const LEAST: f64 = 1e-6;
 
+/// An angle of which nothing is known any more, rad: joints do not turn farther.
+const ANY_RAD: f64 = 1.0;
+
 /// How uncertain motion with velocity is, and the first pose.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Momentum {
@@ -34,11 +37,12 @@ pub struct Momentum {
     pub first_rad: f64,
 }
 
-/// One channel's: density, and standard deviation at the first frame.
+/// One channel's: density, standard deviation at the first frame, and the most that it may have.
 #[derive(Debug, Clone, Copy)]
 struct Column {
     density: f64,
     first_sd: f64,
+    most_sd: f64,
 }
 
 /// The motion of all channels; states `(2 D,)` are channels, then their velocities.
@@ -69,11 +73,13 @@ impl Momentum {
     /// Of a figure's channels.
     pub(super) fn of(&self, figure: &Figure) -> Moving {
         let column = |((bone, channel), group): (&(usize, Channel), &Group)| match (bone, channel, group) {
-            (_, Channel::Translation(_), _) => Column { density: self.base, first_sd: self.first_m },
-            (0, Channel::Rotation(_), _) | (_, _, Group::Torso) => {
-                Column { density: self.turn, first_sd: self.first_rad }
+            (_, Channel::Translation(_), _) => {
+                Column { density: self.base, first_sd: self.first_m, most_sd: f64::INFINITY }
             }
-            _ => Column { density: self.joint, first_sd: self.first_rad },
+            (0, Channel::Rotation(_), _) | (_, _, Group::Torso) => {
+                Column { density: self.turn, first_sd: self.first_rad, most_sd: ANY_RAD }
+            }
+            _ => Column { density: self.joint, first_sd: self.first_rad, most_sd: ANY_RAD },
         };
         let columns = figure.channels.iter().zip(&figure.groups).map(column).collect();
         Moving { columns, lasts_s: self.lasts_s }
@@ -139,6 +145,17 @@ impl Moving {
         state.predict(&self.transition(dt).mixed, &DVector::zeros(self.dim()), &added);
     }
 
+    /// Let no channel of a Gaussian be less known than one of which nothing is.
+    pub fn bound(&self, state: &mut Gaussian) {
+        for (d, column) in self.columns.iter().enumerate() {
+            let share = column.most_sd / state.covariance[(d, d)].sqrt();
+            if share < 1.0 {
+                state.covariance.row_mut(d).scale_mut(share);
+                state.covariance.column_mut(d).scale_mut(share);
+            }
+        }
+    }
+
     /// Minus twice the log-density of coming from one state to another within `dt` s, but for a constant.
     pub fn surprise(&self, dt: f64, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
         let (count, (gained, kept), noise) = (self.columns.len(), self.kept(dt), self.noise(dt));
@@ -157,7 +174,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn moving() -> Moving {
-        Moving { columns: vec![Column { density: 2.0, first_sd: 0.1 }], lasts_s: 0.4 }
+        Moving { columns: vec![Column { density: 2.0, first_sd: 0.1, most_sd: 1.0 }], lasts_s: 0.4 }
     }
 
     proptest! {

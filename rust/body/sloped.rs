@@ -19,6 +19,8 @@ pub struct Sloped<'a> {
     pub projection: &'a Projection,
     /// The state `(D,)`.
     pub state: &'a [f64],
+    /// How uncertain it is `(D, D)`, where cues are to know that.
+    pub covariance: Option<DMatrix<f64>>,
     /// The points of the state and of its neighbours, `(P, 3, 1 + 2 D)`.
     posed: Vec<f64>,
     neighbours: usize,
@@ -48,7 +50,19 @@ impl<'a> Sloped<'a> {
             }
             first += count;
         }
-        Self { figure, projection, state, posed, neighbours }
+        Self { figure, projection, state, covariance: None, posed, neighbours }
+    }
+
+    /// The same, of a state that is so uncertain, its covariance's first columns `(D, D)`.
+    #[must_use]
+    pub fn within(self, covariance: &DMatrix<f64>) -> Self {
+        let dim = self.dim();
+        Self { covariance: Some(covariance.view((0, 0), (dim, dim)).into_owned()), ..self }
+    }
+
+    /// Mean variance of what moves with the state by `slope` `(2, D)`; 0 where it is not known how uncertain that is.
+    pub fn variance(&self, slope: &Matrix2xX<f64>) -> f64 {
+        self.covariance.as_ref().map_or(0.0, |covariance| 0.5 * (slope * covariance).component_mul(slope).sum())
     }
 
     /// How many columns the state has.

@@ -4,13 +4,12 @@ use super::cues::keypoints::{KeypointDistance, Off, Person};
 use super::cues::orientation::Orientation;
 use super::cues::{CueName, Frame, Picture};
 use super::figure::Figure;
-use super::joints::Group;
-use super::method::{BodyLayer, BodyMethod, Mover};
+use super::method::{BodyLayer, BodyMethod};
 use super::momentum::Moving;
 use super::skin::Blobs;
 use super::sloped::{Rows, Sloped};
 use crate::Result;
-use crate::filter::{Blend, Chain, Gaussian, Linear, LinearTransition, cost_of};
+use crate::filter::{Chain, Gaussian, Linear, LinearTransition, cost_of};
 use crate::projection::Projection;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
@@ -44,7 +43,7 @@ pub(super) struct Body<'a> {
     pub moving: &'a Moving,
 }
 
-impl Body<'_> {
+impl<'a> Body<'a> {
     /// All that any layer weighs by, of all groups.
     pub fn whole(method: &BodyMethod) -> BodyLayer {
         let mut cues: Vec<CueName> = Vec::new();
@@ -53,8 +52,28 @@ impl Body<'_> {
                 cues.push(*cue);
             }
         }
-        let mover = Mover { groups: vec![Group::Torso, Group::LeftArm, Group::RightArm], spread: 1.0 };
-        BodyLayer { mover, cues, blend: Blend::Sum { sharpness: 1.0 } }
+        BodyLayer::whole(cues)
+    }
+
+    /// A frame that was kept, of which there is no picture any more: `nothing`.
+    pub fn frame(&self, kept: &'a Kept, nothing: &'a Picture) -> Frame<'a> {
+        let (figure, projection, blobs) = (self.figure, self.projection, Blobs::default());
+        let (orientations, person) = (kept.orientations.as_slice(), kept.seen.as_ref());
+        Frame { figure, projection, picture: nothing, orientations, blobs, person, bare: 1.0 }
+    }
+
+    /// A state's channels, posed.
+    pub fn sloped(&self, state: &'a DVector<f64>) -> Sloped<'a> {
+        Sloped::new(self.figure, self.projection, &state.as_slice()[..self.figure.model.dim()])
+    }
+
+    /// What every cue that is smooth measures of a state, of what a frame shows.
+    pub fn measured(&self, frame: &Frame<'_>, at: &Sloped<'_>) -> Rows {
+        let mut rows = Rows::default();
+        for cue in self.method.cues_of(self.layer, frame) {
+            cue.linearise(at, &mut rows);
+        }
+        rows
     }
 }
 
@@ -97,16 +116,9 @@ impl Chain for Trajectory<'_> {
     }
 
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
-        let Body { figure, projection, method, layer, moving } = self.body;
-        let kept = &self.frames[step];
-        let (picture, blobs) = (Picture::default(), Blobs::default());
-        let (orientations, person) = (kept.orientations.as_slice(), kept.seen.as_ref());
-        let frame = Frame { figure, projection, picture: &picture, orientations, blobs, person, bare: 1.0 };
-        let sloped = Sloped::new(figure, projection, &at.as_slice()[..figure.model.dim()]);
-        let mut rows = Rows::default();
-        for cue in method.cues_of(layer, &frame) {
-            cue.linearise(&sloped, &mut rows);
-        }
+        let moving = self.body.moving;
+        let sloped = self.body.sloped(at);
+        let mut rows = self.body.measured(&self.body.frame(&self.frames[step], &Picture::default()), &sloped);
         for (_, point, place) in self.pulls.iter().filter(|(at, ..)| *at == step) {
             rows.push_vector(place - sloped.at(*point), &sloped.slope(*point), PULLED_SD_M.powi(2));
         }
@@ -137,12 +149,12 @@ impl Trajectory<'_> {
 
     /// How many frames' errors are one and the same: what the sum of all errors is more than that of as many that are not alike.
     pub fn alike(&self, at: &[DVector<f64>]) -> f64 {
-        let Body { figure, projection, method, layer, .. } = self.body;
+        let Body { figure, method, layer, .. } = self.body;
         let parameters = method.cue_parameters.keypoints;
         let (mut sums, mut squares) = (vec![Vector2::zeros(); figure.model.len()], 0.0);
         for (kept, state) in self.frames.iter().zip(at) {
             let Some(person) = &kept.seen else { continue };
-            let sloped = Sloped::new(figure, projection, &state.as_slice()[..figure.model.dim()]);
+            let sloped = self.body.sloped(state);
             let cue = KeypointDistance { person, groups: &layer.mover.groups, parameters };
             for Off { point, residual, spread, .. } in cue.off(&sloped) {
                 let off = residual / spread;

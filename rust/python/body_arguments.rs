@@ -1,7 +1,10 @@
 //! What Python gives a body tracker, read: the outer shape, the camera, the method.
 
 use crate::body::cues::CueParameters;
-use crate::body::{Blend, BodyLayer, BodyMethod, CueName, Diffusion, Group, Momentum, Mover, Part, Unseen};
+use crate::body::{
+    Blend, BodyLayer, BodyMethod, CueName, Diffusion, FilterMethod, Group, MixtureMethod, Momentum, Mover, Part,
+    ParticleMethod, Unseen,
+};
 use crate::camera::Camera;
 use crate::filter::Resampling;
 use crate::parameters::Parameters;
@@ -45,6 +48,17 @@ type LayerArgument = ((Vec<String>, f64), Vec<String>, (String, f64));
 /// What every body method has, read.
 #[derive(FromPyObject)]
 struct MethodArgument {
+    filter: String,
+    unseen_distance_sd_m: f64,
+    first_distance_sd_m: f64,
+    unseen_lean_sd_rad: f64,
+    unseen_turn_sd_rad: f64,
+    balance: f64,
+}
+
+/// What a particle method has besides.
+#[derive(FromPyObject)]
+struct ParticlesArgument {
     particles: usize,
     islands: usize,
     layers: Vec<LayerArgument>,
@@ -58,16 +72,18 @@ struct MethodArgument {
     alpha: f64,
     adapt: f64,
     anew_share: f64,
-    unseen_distance_sd_m: f64,
-    first_distance_sd_m: f64,
-    unseen_lean_sd_rad: f64,
-    unseen_turn_sd_rad: f64,
-    balance: f64,
 }
 
-/// What a method that smooths has besides.
+/// What a mixture has besides.
 #[derive(FromPyObject)]
-struct SmoothingArgument {
+struct MixtureArgument {
+    corrections: Vec<String>,
+    components: usize,
+}
+
+/// What a method has besides whose channels have velocities.
+#[derive(FromPyObject)]
+struct MomentumArgument {
     base_accel_density: f64,
     turn_accel_density: f64,
     joint_accel_density: f64,
@@ -76,26 +92,61 @@ struct SmoothingArgument {
     first_pose_sd_rad: f64,
 }
 
+impl From<MomentumArgument> for Momentum {
+    fn from(m: MomentumArgument) -> Self {
+        Self {
+            base: m.base_accel_density,
+            turn: m.turn_accel_density,
+            joint: m.joint_accel_density,
+            lasts_s: m.velocity_lasts_s,
+            first_m: m.first_pose_sd_m,
+            first_rad: m.first_pose_sd_rad,
+        }
+    }
+}
+
+impl ParticlesArgument {
+    fn layers(&self) -> Result<Vec<BodyLayer>> {
+        let Self { sharpness: base, alpha, adapt, .. } = *self;
+        let layer = |((groups, spread), cues, (blend, sharpness)): &LayerArgument| {
+            let groups = groups.iter().map(|group| Group::from_name(group)).collect::<Result<_>>()?;
+            let blend = match blend.as_str() {
+                "sum" => Blend::Sum { sharpness: *sharpness },
+                "rescaled" => Blend::rescaled(base, alpha, adapt, *sharpness),
+                _ => return Err(Error::UnknownName { what: "blend", name: blend.clone(), known: "sum, rescaled" }),
+            };
+            Ok(BodyLayer { mover: Mover { groups, spread: *spread }, cues: named(cues)?, blend })
+        };
+        self.layers.iter().map(layer).collect()
+    }
+
+    fn method(&self, smoothing: Option<Momentum>) -> Result<ParticleMethod> {
+        Ok(ParticleMethod {
+            particles: self.particles,
+            islands: self.islands,
+            resampling: Resampling::new(Scheme::from_name(&self.resampling)?, self.ess_threshold)?,
+            diffusion: Diffusion {
+                base: self.base_density,
+                base_turn: self.base_turn_density,
+                trunk: self.trunk_density,
+                joint: self.joint_density,
+            },
+            anew_share: self.anew_share,
+            smoothing,
+        })
+    }
+}
+
+/// Cues by name.
+fn named(cues: &[String]) -> Result<Vec<CueName>> {
+    cues.iter().map(|name| CueName::from_name(name)).collect()
+}
+
 pub fn extract_projection(camera: &Bound<'_, PyAny>) -> PyResult<Projection> {
     Ok(match camera.extract()? {
         ProjectionArgument::Weak(weak) => Projection::weak(weak.affine)?,
         ProjectionArgument::Pinhole(camera) => Projection::Pinhole(Box::new(Camera::try_from(camera)?)),
     })
-}
-
-fn extract_smoothing(method: &Bound<'_, PyAny>) -> PyResult<Option<Momentum>> {
-    if !method.getattr("is_smoothed")?.extract::<bool>()? {
-        return Ok(None);
-    }
-    let m: SmoothingArgument = method.extract()?;
-    Ok(Some(Momentum {
-        base: m.base_accel_density,
-        turn: m.turn_accel_density,
-        joint: m.joint_accel_density,
-        lasts_s: m.velocity_lasts_s,
-        first_m: m.first_pose_sd_m,
-        first_rad: m.first_pose_sd_rad,
-    }))
 }
 
 /// Every parameter that is a number.
@@ -109,39 +160,31 @@ fn numbers(method: &Bound<'_, PyAny>) -> PyResult<Parameters> {
 
 pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
     let m: MethodArgument = method.extract()?;
-    let MethodArgument { sharpness: base, alpha, adapt, .. } = m;
-    let layer = |((groups, spread), cues, (blend, sharpness)): LayerArgument| {
-        let groups = groups.iter().map(|group| Group::from_name(group)).collect::<Result<_>>()?;
-        let cues = cues.iter().map(|name| CueName::from_name(name)).collect::<Result<_>>()?;
-        let blend = match blend.as_str() {
-            "sum" => Blend::Sum { sharpness },
-            "rescaled" => Blend::rescaled(base, alpha, adapt, sharpness),
-            _ => return Err(Error::UnknownName { what: "blend", name: blend, known: "sum, rescaled" }),
-        };
-        Ok(BodyLayer { mover: Mover { groups, spread }, cues, blend })
+    let numbers = numbers(method)?;
+    let momentum = || Ok::<_, PyErr>(Momentum::from(method.extract::<MomentumArgument>()?));
+    let (filter, layers, cue_parameters) = match m.filter.as_str() {
+        "particles" | "smoother" => {
+            let p: ParticlesArgument = method.extract()?;
+            let smoothing = if m.filter == "smoother" { Some(momentum()?) } else { None };
+            (FilterMethod::Particles(p.method(smoothing)?), p.layers()?, CueParameters::read(&numbers)?)
+        }
+        "mixture" => {
+            let MixtureArgument { corrections, components } = method.extract()?;
+            let filter = FilterMethod::Mixture(MixtureMethod { components, momentum: momentum()? });
+            (filter, vec![BodyLayer::whole(named(&corrections)?)], CueParameters::of_smooth(&numbers)?)
+        }
+        _ => {
+            let known = "particles, mixture, smoother";
+            return Err(Error::UnknownName { what: "filter", name: m.filter, known }.into());
+        }
     };
-    let found = BodyMethod {
-        particles: m.particles,
-        islands: m.islands,
-        layers: m.layers.into_iter().map(layer).collect::<Result<_>>()?,
-        resampling: Resampling::new(Scheme::from_name(&m.resampling)?, m.ess_threshold)?,
-        diffusion: Diffusion {
-            base: m.base_density,
-            base_turn: m.base_turn_density,
-            trunk: m.trunk_density,
-            joint: m.joint_density,
-        },
-        anew_share: m.anew_share,
-        cue_parameters: CueParameters::read(&numbers(method)?)?,
-        balance: m.balance,
-        smoothing: extract_smoothing(method)?,
-        unseen: Unseen {
-            distance_m: m.unseen_distance_sd_m,
-            first_distance_m: m.first_distance_sd_m,
-            lean: m.unseen_lean_sd_rad,
-            turn: m.unseen_turn_sd_rad,
-        },
+    let unseen = Unseen {
+        distance_m: m.unseen_distance_sd_m,
+        first_distance_m: m.first_distance_sd_m,
+        lean: m.unseen_lean_sd_rad,
+        turn: m.unseen_turn_sd_rad,
     };
+    let found = BodyMethod { filter, layers, cue_parameters, balance: m.balance, unseen };
     found.check()?;
     Ok(found)
 }

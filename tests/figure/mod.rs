@@ -11,7 +11,8 @@ use pytracker::body::cues::outline::OutlineParameters;
 use pytracker::body::cues::region::RegionParameters;
 use pytracker::body::edges::EdgeImage;
 use pytracker::body::{
-    Blend, BodyFilter, BodyLayer, BodyMethod, CueName, Diffusion, Figure, Group, Mover, Part, Picture, Unseen,
+    Blend, BodyFilter, BodyLayer, BodyMethod, CueName, Diffusion, Figure, FilterMethod, Group, Mover, Part,
+    ParticleMethod, Picture, Unseen,
 };
 use pytracker::filter::Resampling;
 use pytracker::projection::Projection;
@@ -109,10 +110,20 @@ pub fn layer(groups: &[Group], cues: &[CueName], blend: Blend) -> BodyLayer {
     BodyLayer { mover: Mover { groups: groups.to_vec(), spread: 1.0 }, cues: cues.to_vec(), blend }
 }
 
-pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
-    BodyMethod {
+pub fn particles() -> ParticleMethod {
+    ParticleMethod {
         particles: 400,
         islands: 1,
+        resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
+        diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },
+        anew_share: 0.0,
+        smoothing: None,
+    }
+}
+
+pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
+    BodyMethod {
+        filter: FilterMethod::Particles(particles()),
         cue_parameters: CueParameters {
             outline: OutlineParameters { loss: edge_loss },
             blobs: BlobParameters { sd_m: 0.03, reach: 4.0, gate_m: 0.5 },
@@ -124,9 +135,5 @@ pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
         balance: 0.0,
         unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0 },
         layers: vec![layer],
-        resampling: Resampling::new(Scheme::Systematic, 1.0).unwrap(),
-        diffusion: Diffusion { base: 0.05, base_turn: 0.1, trunk: 0.5, joint: 0.7 },
-        anew_share: 0.0,
-        smoothing: None,
     }
 }

@@ -154,10 +154,12 @@ impl Cue for KeypointDistance<'_> {
         }
     }
 
-    /// A wild point's spread grows with how far off it is (Geman & McClure), so that it ends up saying nothing.
+    /// A wild point's spread grows with how far off it is (Geman & McClure), so that it ends up saying nothing; farther than it
+    /// may be where the state itself is uncertain.
     fn linearise(&self, at: &Sloped<'_>, rows: &mut Rows) {
         for Off { residual, spread, slope, .. } in self.off(at) {
-            let wild = 1.0 + residual.norm_squared() / (spread * self.parameters.reach).powi(2);
+            let expected = spread * spread + at.variance(&slope);
+            let wild = 1.0 + residual.norm_squared() / (expected * self.parameters.reach * self.parameters.reach);
             rows.push_pixel(residual, &slope, (spread * wild).powi(2));
         }
     }
