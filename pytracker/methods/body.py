@@ -293,8 +293,8 @@ class BodySmooth(Partitioned, _Momentum):
 
     Every frame is estimated from what comes before and after it, by where a detector saw the joints, or the particles
     where there was none, by the sensors' orientations, and by how limbs move. Of two ways for a limb to lean it settles
-    on one; what a mixture like `BodyMixture` makes of the same frames has a share of three tenths in means and bands. Online
-    it gives what `Partitioned` of the same `balance` does.
+    on one; what a mixture like `BodyMixture` makes of the same frames has a share of three tenths in means and bands.
+    Online it gives what `Partitioned` of the same `balance` does.
     """
 
     balance: float = 0.12
