@@ -322,7 +322,7 @@ def seen_with_noise(recording: pt.BodyRecording, path: Path, sd_px: float, rng: 
         uv[rng.random(len(uv)) < 0.10] = np.nan
         names += [f"{joint}_x", f"{joint}_y"]
         columns += [uv[:, 0], uv[:, 1]]
-    table: Array = np.column_stack(columns)[:163]
+    table: Array = np.column_stack(columns)
     rows = [",".join("" if np.isnan(x) else f"{x:.3f}" for x in row) for row in table]
     path.write_text("\n".join([",".join(names), *rows]) + "\n", "utf-8")
 

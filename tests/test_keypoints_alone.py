@@ -49,8 +49,9 @@ def test_keypoints_alone_are_tracked(sensed: Path, tmp_path: Path) -> None:
     assert pt.doubts(track) == ()
     (video,) = (finding for finding in check(folder).findings if finding.what == "video")
     assert (video.verdict, video.evidence[:13]) == ("cannot be told", "there is none")
-    seen, unseen = (pt.track(without(load(of), imus=2), pt.BodyMixture()) for of in (sensed, folder))
-    assert np.array_equal(seen.joints["left_wrist"].mean, unseen.joints["left_wrist"].mean)
+    # Without sensors: frames' times differ by rounding, and a sample at such a time comes before or after its frame.
+    seen, unseen = (pt.track(without(load(of)), pt.BodyMixture()) for of in (sensed, folder))
+    assert np.allclose(seen.joints["left_wrist"].mean, unseen.joints["left_wrist"].mean, atol=1e-6)
     assert pt.record_cycle(recording, pt.Partitioned(), 1, frame=40).frame == 40
     with pytest.raises(
         pt.InputError, match="BodyPlain weighs by what a video shows and the recording has keypoints alone"
