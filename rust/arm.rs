@@ -20,16 +20,19 @@
 //! | [`worn`] | not in the paper: the motion of a worn sensor, whose orientation is not quite right |
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
-//! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states, `ways` to start from, `weighed` |
+//! | [`memory`] | what is kept of a recording to smooth it |
+//! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states, `ways` to start from, `weighed`, `averaged` |
 //! | [`frame`] | a camera frame, with what the IMU has said up to it |
 //! | [`method`] | which filter, and what corrects it |
 //! | [`filter`] | one of them, sample by sample and frame by frame |
 
+mod averaged;
 mod branch;
 pub mod cues;
 pub mod ekf;
 pub mod filter;
 pub mod frame;
+pub mod memory;
 pub mod method;
 pub mod mixture;
 pub mod motion;

@@ -4,9 +4,10 @@ use crate::filter::{Gaussian, Mixture};
 use crate::particles::{Interval, LOWER, NORMAL_UPPER, Summary, UPPER};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// A joint: world, metres.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Point {
     /// Weighted mean.
     pub mean: Vector3<f64>,

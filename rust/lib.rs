@@ -34,6 +34,7 @@
 //! | [`smoothing`] | the same of a whole recording, window by window |
 
 pub mod arm;
+mod averaged;
 pub mod body;
 pub mod camera;
 mod error;

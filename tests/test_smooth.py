@@ -30,13 +30,14 @@ LIVELY = pt.ArmScene(pattern="gesture", worn=True, period_s=2.0)
 @pytest.mark.parametrize(
     ("method", "scene", "most_m", "share"),
     [
-        (pt.Smooth(), LIVELY, 0.045, 0.7),
-        (pt.Smooth(), pt.ArmScene(pattern="reach", worn=True), 0.065, 0.75),
-        (AS_WORN, pt.ArmScene(worn=True), 0.068, 1.15),
-        (pt.Smooth(), pt.ArmScene(worn=True), 0.075, 1.25),
-        (KNOWN, pt.ArmScene(), 0.034, 1.0),
+        (pt.Smooth(), LIVELY, 0.042, 0.6),
+        (pt.Smooth(), pt.ArmScene(pattern="reach", worn=True), 0.058, 0.65),
+        (AS_WORN, pt.ArmScene(worn=True), 0.060, 1.1),
+        (pt.Smooth(), pt.ArmScene(worn=True), 0.064, 1.15),
+        (KNOWN, pt.ArmScene(), 0.022, 0.7),
+        (pt.Smooth(), pt.ArmScene(), 0.030, 0.9),
     ],
-    ids=["gestures", "reach", "circle", "circle, less known", "circle, not worn, of which all is known"],
+    ids=["gestures", "reach", "circle", "circle, less known", "circle, not worn, of which all is known", "not worn"],
 )
 def test_what_comes_after_helps_and_its_bands_hold(
     method: pt.Smooth, scene: pt.ArmScene, most_m: float, share: float

@@ -171,8 +171,19 @@ class BodyParticleMethod(BodyMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Momentum(BodyMethod):
-    """Channels that have velocities.
+class _Doubting(BodyMethod):
+    """What one camera does not tell widens the bands."""
+
+    unseen_distance_sd_m: float = 0.05
+    unseen_lean_sd_rad: float = 0.17
+    unseen_turn_sd_rad: float = 0.17
+    effort_loss: float = 1.25
+    crown_m: float = 0.05
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Momentum(_Doubting):
+    """Channels that have velocities; their covariance knows of some of what one camera does not tell: half is added.
 
     Attributes:
         base_accel_density: how the velocity of the root changes, m/s/√s.
@@ -189,17 +200,9 @@ class _Momentum(BodyMethod):
     velocity_lasts_s: float = 0.3
     first_pose_sd_m: float = 0.02
     first_pose_sd_rad: float = 0.1
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Doubting(BodyMethod):
-    """What one camera does not tell widens the bands."""
-
-    unseen_distance_sd_m: float = 0.05
-    unseen_lean_sd_rad: float = 0.17
-    unseen_turn_sd_rad: float = 0.17
-    effort_loss: float = 1.25
-    crown_m: float = 0.05
+    unseen_distance_sd_m: float = 0.03
+    unseen_lean_sd_rad: float = 0.09
+    unseen_turn_sd_rad: float = 0.09
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -249,7 +252,7 @@ class Partitioned(_Fixed):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BodyMixture(_Doubting, _Momentum):
+class BodyMixture(_Momentum):
     """Gaussians over channels and their velocities, by keypoints and sensors: no particles, no seed, no picture needed.
 
     A limb that leans towards the camera looks like one that leans away by as much: both are components of the mixture.
@@ -294,10 +297,13 @@ class BodySmooth(Partitioned, _Momentum):
     Every frame is estimated from what comes before and after it, by where a detector saw the joints, or the particles
     where there was none, by the sensors' orientations, and by how limbs move. Of two ways for a limb to lean it settles
     on one; what a mixture like `BodyMixture` makes of the same frames has a share of three tenths in means and bands.
-    Online it gives what `Partitioned` of the same `balance` does.
+    Online it gives what `Partitioned` of the same parameters does.
     """
 
     balance: float = 0.12
+    unseen_distance_sd_m: float = _Momentum.unseen_distance_sd_m
+    unseen_lean_sd_rad: float = _Momentum.unseen_lean_sd_rad
+    unseen_turn_sd_rad: float = _Momentum.unseen_turn_sd_rad
 
     filter: ClassVar[str] = "smoother"
 

@@ -4,6 +4,7 @@ use super::cues::landmark::{Landmark, SAME_FRAME_S};
 use super::cues::upper_arm::{Direction, direction_at};
 use super::ekf::ArmGaussian;
 use super::frame::Frame;
+use super::memory::{Kept, Memory};
 use super::method::Method;
 use super::mixture::ArmMixture;
 use super::particle::ArmParticles;
@@ -11,7 +12,7 @@ use super::pause::{BLIND_S, NO_FRAME_S, Stretch as Reachable};
 use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
 use super::posed::sightings;
 use super::setup::Setup;
-use super::smooth::{Kept, Memory, Recorded};
+use super::smooth::Recorded;
 use super::state::{Arm, Layout, Noise, POSITION, View, require_finite};
 use super::timeline::Timeline;
 use crate::error::{require, require_time};
@@ -235,7 +236,8 @@ impl ArmFilter {
         }
         if let (Some(kept), Filter::Mixture(filter)) = (&mut self.kept, &self.filter) {
             let (pixels, is_unknown, means) = (pixels.to_vec(), self.is_unknown, filter.means());
-            kept.frames.push(Kept { time_s, world_sensor, pixels, landmarks, is_unknown, start, means });
+            let filtered = estimate.doubt.is_none().then(|| estimate.places.clone());
+            kept.frames.push(Kept { time_s, world_sensor, pixels, landmarks, is_unknown, start, means, filtered });
         }
         self.last_world_sensor = Some(world_sensor);
         self.timeline.clear_pending();

@@ -3,11 +3,13 @@
 //! Not in the paper. The state and its motion are those of [`super::mixture`], what is measured are its [`super::cues`], and the
 //! trajectories to start from are the mixture's and either depth of the arm's sphere (`ways`). By how much the camera sees later
 //! than the IMU's clock says is constant and bends everything: it is no column here. The frames are put at so many delays, each
-//! is a branch that is smoothed by itself, and all are weighed by their evidence (`weighed`).
+//! is a branch that is smoothed by itself, and all are weighed by their evidence (`weighed`). What the mixture said of the same
+//! frames has a share of the say (`averaged`).
 
+use super::averaged::{at_its_wrist, averaged};
 use super::branch::{ArmBranch, Step};
-use super::cues::landmark::Landmark;
 use super::cues::upper_arm::{Direction, direction_at};
+use super::memory::Kept;
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
 use super::posed::{Moment, Posed, sightings};
@@ -18,15 +20,14 @@ use super::ways;
 use super::weighed::{Delayed, Way, together, weighed, weights};
 use super::worn::{Moved, WornMotion};
 use crate::Result;
+use crate::averaged::steadied;
 use crate::error::successes;
 use crate::estimate::Estimate;
 use crate::filter::{Component, Gaussian, Settled, Smoothed, smooth};
 use crate::observation::Sample;
-use crate::quaternion::Quaternion;
 use crate::smoothing::{Window, Windowed};
-use nalgebra::{DMatrix, DVector, Vector2};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 /// Delays that are tried at first, to either side of none, in standard deviations of what is known beforehand.
 const DELAYS: [f64; 4] = [0.5, 1.0, 1.5, 2.0];
@@ -37,36 +38,6 @@ const MOST: f64 = 0.4;
 /// What is known where a window starts amid a recording, beyond where the mixture has it: wrist, m, and velocity, m/s.
 const AMID_M: f64 = 0.1;
 const AMID_M_S: f64 = 0.3;
-
-/// A frame as the mixture met it, and what it made of it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Kept {
-    /// Recording time, s.
-    pub time_s: f64,
-    /// Orientation then.
-    pub world_sensor: Quaternion,
-    /// Where each camera saw the patch.
-    pub pixels: Vec<Option<Vector2<f64>>>,
-    /// Which joints were seen besides, and where.
-    pub landmarks: Vec<Landmark>,
-    /// Whether nothing has said where the arm is since a pause.
-    pub is_unknown: bool,
-    /// What was known beforehand, where the track starts here.
-    pub start: Option<Gaussian>,
-    /// Mean of the mixture, and of its heaviest component.
-    pub means: [DVector<f64>; 2],
-}
-
-/// What a tracker keeps to smooth it.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
-    /// Every frame so far.
-    pub frames: Vec<Kept>,
-    /// Every sample so far.
-    pub samples: Vec<Sample>,
-    /// How well lengths and cameras are known.
-    pub setup: Option<Setup>,
-}
 
 /// A recording at some delay, and where it has settled.
 struct Retimed {
@@ -103,7 +74,8 @@ impl<'a> Recorded<'a> {
         let span_s = self.frames[count - 1].time_s - self.frames[0].time_s;
         let Window { end, until, seen: [from, to], .. } = Window::lasting(first, count, span_s);
         let part = Self { frames: &self.frames[from..to], samples: self.samples_of(from, to), ..*self };
-        let mut own: Vec<Estimate> = part.smoothed()?.into_iter().skip(first - from).take(until - first).collect();
+        let found: Vec<_> = part.smoothed()?.into_iter().zip(part.frames).map(|(own, of)| averaged(own, of)).collect();
+        let mut own: Vec<_> = (first..until).map(|frame| at_its_wrist(steadied(&found, frame - from))).collect();
         self.judge(first, &mut own);
         let beyond = own.split_off(end - first);
         Ok(Windowed { own, beyond })

@@ -3,7 +3,7 @@
 //! Not in the paper. Joints that a detector saw, or the particles where there was none, orientations of sensors, effort and the
 //! limits of joints are what the trajectory must explain, with velocities ([`super::momentum`]) between the frames. It is started
 //! from the particles' track and from the first pose held; from either limbs are mirrored ([`super::mirrored`]), and both are weighed.
-//! What a mixture filter says of the same frames ([`super::mixture`]) has a share of the estimate.
+//! It is averaged with what a mixture filter says of the same frames ([`super::mixture`]).
 
 use super::cues::Picture;
 use super::cues::keypoints::{Keypoint, KeypointParameters, Person, nearest};
@@ -16,8 +16,8 @@ use super::mixture::BodyMixture;
 use super::momentum::{Momentum, Moving};
 use super::trajectory::{Body, Kept, Pulls, Trajectory};
 use crate::Result;
+use crate::averaged::{FILTERED, steadied};
 use crate::error::successes;
-use crate::estimate::Estimate;
 use crate::filter::{Gaussian, settle, smooth};
 use crate::particles::Summary;
 use crate::projection::Projection;
@@ -37,14 +37,7 @@ const POSTURE_S: f64 = 2.0;
 const STEP_S: f64 = 0.03;
 /// A branch of less weight is left out.
 const LEAST: f64 = 1e-3;
-/// What is smoothed settles on one way to lean where there are two, and is surer of it than keypoints and momentum can be: a
-/// mixture that forgets what told ways apart has this share of the say. Of people with keypoints, of the wrists'
-/// frames those that are off, believed and beside the band fall from 3 and 7 % to 0.3 and 1, the RMS error by a fifth.
-const FILTERED: f64 = 0.3;
-/// What it adds is averaged over about so long, s, and no more than so many times that.
-const STEADY_S: f64 = 0.15;
-const MOST_STEADY: f64 = 3.0;
-/// How many components it keeps.
+/// How many components the mixture keeps.
 const COMPONENTS: usize = 12;
 
 /// Weighted Gaussians of a frame.
@@ -193,24 +186,6 @@ impl Trajectory<'_> {
         let cost = self.implausibility(&means, alike * self.frames.len() as f64 / few.len() as f64)?;
         Ok(Branch { states, cost, weight: 1.0 })
     }
-}
-
-/// A frame by all that is said of it. By how much a filter's joints lie beside what is smoothed jumps from frame to frame, and
-/// joints do not: it is averaged over the frames about this one.
-fn steadied(found: &[[Estimate; 2]], frame: usize) -> Estimate {
-    let [ways, both] = &found[frame];
-    let mut estimate = both.clone();
-    let share = |other: &[Estimate; 2]| (-0.5 * ((other[0].time_s - both.time_s) / STEADY_S).powi(2)).exp();
-    let is_near = |other: &&[Estimate; 2]| (other[0].time_s - both.time_s).abs() < MOST_STEADY * STEADY_S;
-    let about: Vec<_> =
-        found[..frame].iter().rev().take_while(is_near).chain(found[frame..].iter().take_while(is_near)).collect();
-    let sum: f64 = about.iter().map(|other| share(other)).sum();
-    for (joint, point) in estimate.places.iter_mut().enumerate() {
-        let beside = |[ways, both]: &[Estimate; 2]| both.places[joint].mean - ways.places[joint].mean;
-        let moved: Vector3<f64> = about.iter().map(|other| beside(other) * (share(other) / sum)).sum();
-        point.mean = (ways.places[joint].mean + moved).sup(&point.lo).inf(&point.hi);
-    }
-    estimate
 }
 
 /// The first frame, and every one that follows the last taken by long enough.
