@@ -58,6 +58,22 @@ fn both_ways_of_a_limb_are_kept() {
     assert!(one.mean.x - wrist.mean.x > 0.1, "{} and {} m", one.mean.x, wrist.mean.x);
 }
 
+/// A soft limit that is hardly passed loses hardly anything: that it is there at all tells nothing of where the limb is.
+#[test]
+fn a_limit_that_is_just_passed_decides_nothing() {
+    for upper in [0.93, 0.89, 0.87] {
+        let mut figure = figure_from(&FREE, 7, 0.0);
+        figure.limits[2] = [-2.0, upper];
+        let cues = [CueName::Keypoints, CueName::Limits];
+        let method = BodyMethod { layers: vec![layer(&ALL, &cues, SUM)], ..mixture(12) };
+        let mut tracker = Tracker::from(BodyFilter::new(figure, projection(), method, 1).unwrap());
+        let seen = |k: u32| seen(lean(f64::from(k) / 30.0));
+        let last = (0..90).map(|k| update(&mut tracker, f64::from(k) / 30.0, &seen(k)).unwrap()).last().unwrap();
+        let wrist = &last.places[6];
+        assert!(wrist.lo.z < -0.3 && wrist.hi.z > 0.3, "{upper} rad: {} to {} m", wrist.lo.z, wrist.hi.z);
+    }
+}
+
 /// What is not seen is known worse and worse, but no worse than a joint of which nothing is known; what is found again is known.
 #[test]
 fn what_is_not_seen_is_anywhere_and_found_again() {

@@ -11,6 +11,7 @@ import pytest
 
 import pytracker as pt
 from pytracker.evidence import Silhouette, SilhouetteParameters, median_background, senses_of
+from pytracker.evidence.silhouette import _region
 from pytracker.formats.video import Frame, frames
 from pytracker.recording import fit_weak_perspective
 
@@ -79,6 +80,17 @@ def test_what_is_far_from_the_person_has_no_say(by: tuple[int, int], monkeypatch
         if some is not None and every is not None:
             assert np.array_equal(some[0], every[0])
             assert np.array_equal(some[1], every[1])
+
+
+def test_what_is_gone_at_half_the_size_is_far_and_not_nowhere() -> None:
+    """Its distance would be infinite there, and no number between its pixels."""
+    mask = np.zeros((40, 60), np.uint8)
+    for u, v in ((31, 21), (32, 21), (31, 22)):
+        mask[v, u] = 255
+    found = _region(mask, (slice(0, 40), slice(0, 60)))
+    assert found is not None
+    assert np.isfinite(found[0]).all()
+    assert len(found[1]) == 3
 
 
 def test_skin_is_found_where_it_is() -> None:

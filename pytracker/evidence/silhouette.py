@@ -93,7 +93,9 @@ def _region(mask: Image, near: Near) -> Region | None:
     height, width = mask.shape
     # At half the size it takes a quarter of the time, and nothing that is asked needs more.
     small = cv2.resize(mask, ((width + 1) // 2, (height + 1) // 2), interpolation=cv2.INTER_NEAREST)
-    halves = 2.0 * np.asarray(cv2.distanceTransform(cv2.bitwise_not(small), cv2.DIST_L2, 3), dtype=np.float32)
+    apart = np.asarray(cv2.distanceTransform(cv2.bitwise_not(small), cv2.DIST_L2, 3), dtype=np.float32)
+    # Of a mask that is gone at half the size there is no distance: nothing is farther than the picture is large.
+    halves = 2.0 * np.minimum(apart, np.float32(np.hypot(*small.shape)))
     distance = np.asarray(cv2.resize(halves, (width, height), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
     picked = np.linspace(0, len(found) - 1, min(REGION_POINTS, len(found))).astype(int)
     return distance, found[picked] + np.array([near[1].start, near[0].start], dtype=np.float64)

@@ -16,28 +16,28 @@ class SilhouetteParameters:
             where it is dim (`complexion`).
         colour: whether the background is subtracted in colour (largest channel) or in grey (paper Fig. 3).
         foreground_level: difference from the background, of 255, from which a pixel is foreground.
-        region_chroma: difference of Cr or Cb from which a pixel may belong to the region of skin: arms before a wall as
-            bright as they are differ in colour alone, which has a fraction of brightness's noise. Edges, blobs and the
-            foreground are the paper's.
+        region_chroma: difference of Cr or Cb, of 255, from which a pixel may belong to the region of skin: arms before
+            a wall as bright as they are differ in colour alone, which has a fraction of brightness's noise. Edges,
+            blobs and the foreground are the paper's.
         shadow_darkest: a shadow keeps at least this share of the background's brightness.
         shadow_chroma: and its Cr and Cb differ by less than this, of 255. 0: no shadow is taken off.
         open_px: foreground that is narrower is noise, px.
-        least_area_m2: smaller pieces of foreground are noise.
-        canny_low: lower threshold of Canny.
-        canny_high: upper threshold.
-        dilate_px: edges are widened to this many pixels.
+        least_area_m2: smaller pieces of foreground are noise, m².
+        canny_low: lower threshold of Canny, of the gradient.
+        canny_high: upper threshold, likewise.
+        dilate_px: edges are widened to this many px.
         skin_cr: range of Cr of skin, of 255.
         skin_cb: range of Cb.
         skin_reddest: most redness of skin, (Cr - 128) / Y: unlike Cr itself it stays as it is in the shade, and tells
             red and orange clothes from skin of any tone.
-        skin_darkest: least Y of skin.
-        skin_area_m2: least and largest area of a blob.
-        skin_growth_m: skin is taken so far beyond the foreground, and gaps so wide in it are closed.
+        skin_darkest: least Y of skin, of 255.
+        skin_area_m2: least and largest area of a blob, m².
+        skin_growth_m: skin is taken so far beyond the foreground, m, and gaps so wide in it are closed.
         skin_elongation: longer side over shorter side, at most.
-        bare_arm_m: a blob that is longer than this, and at least `bare_arm_elongation` times as long as wide, is a hand
-            with a bare forearm: both its ends may be the hand.
+        bare_arm_m: a blob that is longer than this, m, and at least `bare_arm_elongation` times as long as wide, is a
+            hand with a bare forearm: both its ends may be the hand.
         bare_arm_elongation: see there.
-        hand_m: length of a hand.
+        hand_m: length of a hand, m.
     """
 
     gains: tuple[float, float, float] = (1.0, 1.0, 1.0)

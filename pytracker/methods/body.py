@@ -183,7 +183,7 @@ class _Doubting(BodyMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class _Momentum(_Doubting):
-    """Channels that have velocities; their covariance knows of some of what one camera does not tell: half is added.
+    """Channels that have velocities; of what one camera does not tell their covariance knows some: less is added.
 
     Attributes:
         base_accel_density: how the velocity of the root changes, m/s/√s.
@@ -239,7 +239,7 @@ class Annealed(_Fixed):
 
 @dataclass(frozen=True, kw_only=True)
 class Partitioned(_Fixed):
-    """Partitions: the torso first, then each arm on it (MacCormick & Isard), on islands: the best here."""
+    """Partitions: the torso first, then each arm on it (MacCormick & Isard), on islands: the best of those online."""
 
     islands: int = 8
 
@@ -285,9 +285,9 @@ class BodyMixture(_Momentum):
         return False
 
     @property
-    def needs_points(self) -> bool:
+    def needs_one_of(self) -> tuple[str, ...]:
         """Nothing else tells it where joints are."""
-        return True
+        return tuple(cue for cue in self.corrections if cue in ("keypoints", "orientation"))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -72,9 +72,9 @@ class Method:
         return True
 
     @property
-    def needs_points(self) -> bool:
-        """Whether it is of no use without places of joints, or sensors on them."""
-        return False
+    def needs_one_of(self) -> tuple[str, ...] | None:
+        """Cues of which there must be one, of `Recording.points`; None where there is something else."""
+        return None
 
     @property
     def sample_size(self) -> int | None:

@@ -187,9 +187,9 @@ class Recording(ABC):
         return True
 
     @property
-    def has_points(self) -> bool:
-        """Whether places of joints were found, or sensors on them tell how they lie."""
-        return True
+    def points(self) -> tuple[str, ...]:
+        """Cues that say where a body's joints are, or how its limbs lie, without a picture."""
+        return ()
 
     def observations(self, evidence: Any = None) -> Iterator[Observation]:
         """All that was observed, in order of time: see `pytracker.evidence.observations`."""
@@ -270,6 +270,7 @@ class BodyRecording(Recording):
         return self.video is not None
 
     @property
-    def has_points(self) -> bool:
-        """Whether there are keypoints or sensors."""
-        return self.view.keypoints is not None or bool(self.imus)
+    def points(self) -> tuple[str, ...]:
+        """Keypoints and sensors, of those that there are."""
+        there = {"keypoints": self.view.keypoints is not None, "orientation": bool(self.imus)}
+        return tuple(cue for cue, is_there in there.items() if is_there)

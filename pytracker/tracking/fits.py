@@ -19,10 +19,12 @@ def why_unfit(recording: Recording, method: Method) -> str:
             f"{name} weighs by what a video shows and the recording has keypoints alone, expected a video, or a method "
             "with keypoints among its cues"
         )
-    if method.needs_points and not recording.has_points:
+    needed = method.needs_one_of
+    if needed is not None and not set(needed) & set(recording.points):
         return (
-            f"{name} is corrected by keypoints and sensors on the arms and the recording has neither, expected "
-            "[[camera]] keypoints (pytracker keypoints FOLDER finds them in the video) or [[imu]], or another method"
+            f"{name} is corrected by {' and '.join(needed) or 'nothing'} and the recording has "
+            f"{' and '.join(recording.points) or 'no keypoints and no sensors'}, expected [[camera]] keypoints "
+            "(pytracker keypoints FOLDER finds them in the video) or [[imu]] (orientation) and a method for them"
         )
     return ""
 

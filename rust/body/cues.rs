@@ -80,6 +80,17 @@ impl CueName {
             _ => Err(Error::UnknownName { what: "cue", name: name.into(), known }),
         }
     }
+
+    /// The same, of one that is smooth: it can be linearised.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn smooth_from_name(name: &str) -> Result<Self> {
+        let known = "keypoints, orientation, effort, limits";
+        let cue = Self::from_name(name).ok();
+        let is_smooth = |cue: &Self| matches!(cue, Self::Keypoints | Self::Orientation | Self::Effort | Self::Limits);
+        cue.filter(is_smooth).ok_or_else(|| Error::UnknownName { what: "correction", name: name.into(), known })
+    }
 }
 
 /// What a body can do at all, whatever is seen.
@@ -118,7 +129,7 @@ impl CueParameters {
         })
     }
 
-    /// Of a method's parameters, which has those of cues that are smooth; the others, which it does not have, count nothing.
+    /// Of a method's parameters, which has those of cues that are smooth; it has no others, whose parameters are nothing.
     ///
     /// # Errors
     /// [`Error::Parameter`] naming one that is missing.

@@ -3,8 +3,8 @@
 //!
 //! Not in the paper. It needs joints that a detector saw, or orientations of sensors: what is linear enough to correct by.
 
-use super::cues::Frame;
 use super::cues::keypoints::{KeypointDistance, nearest};
+use super::cues::{CueName, Frame};
 use super::figure::Figure;
 use super::method::MixtureMethod;
 use super::moment::Moment;
@@ -62,8 +62,8 @@ impl BodyMixture {
         let layer = Body::whole(&method);
         let body = Body { figure, projection, method: &method, layer: &layer, moving: &moving };
         self.predict(&moving, elapsed_s);
-        let (mean, _) = self.state.moments();
-        let expected = figure.seen(projection, &mean.as_slice()[..figure.model.dim()]);
+        // Between two components there is no pose.
+        let expected = figure.seen(projection, &self.parts()[0].1.mean.as_slice()[..figure.model.dim()]);
         let person = nearest(&picture.keypoints, figure, &expected, method.cue_parameters.keypoints);
         let (blobs, person) = (Blobs::default(), person.as_ref());
         let frame = Frame { figure, projection, picture, orientations, blobs, person, bare };
@@ -94,9 +94,11 @@ impl BodyMixture {
     /// # Errors
     /// [`crate::Error::Singular`].
     pub(super) fn correct(&mut self, body: Body<'_>, frame: &Frame<'_>, time_s: f64) -> Result<()> {
-        self.state.split(SPLIT_TO * self.most + 1, |gaussian| bent(body, frame, gaussian));
+        if body.layer.cues.contains(&CueName::Keypoints) {
+            self.state.split(SPLIT_TO * self.most + 1, |gaussian| bent(body, frame, gaussian));
+        }
         let measured = |state: &DVector<f64>, covariance: &DMatrix<f64>| {
-            Ok(body.measured(frame, &body.sloped(state).within(covariance)).linear(body.moving.dim()))
+            Ok(body.measured(frame, &body.sloped(state).within(covariance)).uncounted().linear(body.moving.dim()))
         };
         self.state.correct(time_s, TIMES, measured)?;
         self.state.reduce(&Reduction { most: self.most, merge_within: MERGE_WITHIN, least_weight: LEAST_WEIGHT });

@@ -1,4 +1,4 @@
-//! How a body moves between frames when it is smoothed: every channel with a velocity that forgets itself.
+//! How a body moves between frames as a mixture and when it is smoothed: every channel with a velocity that forgets itself.
 //!
 //! Not in the paper, whose dynamics have order zero. Where a limb lies in the picture's plane two ways on look alike, and what
 //! tells them apart is how it was moving. A velocity is an Ornstein-Uhlenbeck process, a channel its integral.

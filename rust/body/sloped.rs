@@ -7,6 +7,7 @@ use crate::filter::Linear;
 use crate::particles::ParticleSet;
 use crate::projection::{Projected, Projection};
 use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3xX, Vector2, Vector3};
+use std::f64::consts::TAU;
 
 /// Half the difference between neighbours, m or rad.
 const STEP: f64 = 1e-5;
@@ -93,12 +94,33 @@ impl<'a> Sloped<'a> {
 
 /// Rows of what was measured, put together: residual, slope `(D,)` and variance of each.
 #[derive(Default)]
-pub struct Rows(Vec<(f64, DVector<f64>, f64)>);
+pub struct Rows {
+    rows: Vec<(f64, DVector<f64>, f64)>,
+    /// Which of them are there only beyond a bound.
+    bounds: Vec<usize>,
+}
 
 impl Rows {
     /// One more number.
     pub fn push(&mut self, residual: f64, slope: DVector<f64>, variance: f64) {
-        self.0.push((residual, slope, variance));
+        self.rows.push((residual, slope, variance));
+    }
+
+    /// By how much a bound is passed, in standard deviations of that.
+    pub fn push_bound(&mut self, residual: f64, slope: DVector<f64>) {
+        self.bounds.push(self.rows.len());
+        self.push(residual, slope, 1.0);
+    }
+
+    /// With bounds in units in which it adds nothing to a log density that one is passed: they tell states apart by how far.
+    #[must_use]
+    pub fn uncounted(mut self) -> Self {
+        for row in &self.bounds {
+            let (residual, slope, variance) = &mut self.rows[*row];
+            (*residual, *variance) = (*residual / TAU.sqrt(), *variance / TAU);
+            *slope /= TAU.sqrt();
+        }
+        self
     }
 
     /// Two more, of a pixel.
@@ -117,7 +139,7 @@ impl Rows {
 
     /// As one measurement of states that have `dim` columns, these the first of them; none of no rows.
     pub fn linear(self, dim: usize) -> Option<Linear> {
-        let Self(rows) = self;
+        let Self { rows, .. } = self;
         if rows.is_empty() {
             return None;
         }

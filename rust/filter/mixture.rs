@@ -96,9 +96,8 @@ impl Mixture {
     /// matter, until none of them is bent or there are `most`.
     pub fn split(&mut self, most: usize, bent: impl Fn(&Gaussian) -> Option<DVector<f64>>) {
         let mut at = 0;
-        while at < self.components.len() {
-            let direction = bent(&self.components[at].gaussian);
-            match direction.filter(|_| self.components.len() + PLACES.len() - 1 <= most) {
+        while at < self.components.len() && self.components.len() + PLACES.len() - 1 <= most {
+            match bent(&self.components[at].gaussian) {
                 Some(direction) => {
                     let whole = self.components.swap_remove(at);
                     self.components.extend(parts(&whole, &direction));

@@ -171,7 +171,8 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         "mixture" => {
             let MixtureArgument { corrections, components } = method.extract()?;
             let filter = FilterMethod::Mixture(MixtureMethod { components, momentum: momentum()? });
-            (filter, vec![BodyLayer::whole(named(&corrections)?)], CueParameters::of_smooth(&numbers)?)
+            let cues = corrections.iter().map(|name| CueName::smooth_from_name(name)).collect::<Result<_>>()?;
+            (filter, vec![BodyLayer::whole(cues)], CueParameters::of_smooth(&numbers)?)
         }
         _ => {
             let known = "particles, mixture, smoother";

@@ -127,6 +127,9 @@ impl KeypointDistance<'_> {
     pub fn off(&self, at: &Sloped<'_>) -> Vec<Off> {
         // One scale for all: a spread that shrank with the distance would draw every joint away from the camera.
         let px_per_m = at.projection.see(at.at(0).into()).px_per_m;
+        if !px_per_m.is_finite() {
+            return Vec::new();
+        }
         let off = |(point, keypoint, mismatch_m): (usize, Keypoint, f64)| {
             let (seen, slope) = at.seen(point)?;
             let residual = Vector2::new(keypoint.pixel[0] - seen.u, keypoint.pixel[1] - seen.v);

@@ -27,8 +27,7 @@ impl Cue for Limits {
             if within != *value {
                 let mut slope = DVector::zeros(at.dim());
                 slope[d] = 1.0 / LIMIT_SD;
-                // In standard deviations: a row that is there or not must not count by its own spread.
-                rows.push((within - value) / LIMIT_SD, slope, 1.0);
+                rows.push_bound((within - value) / LIMIT_SD, slope);
             }
         }
     }
