@@ -6,9 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
+from pytracker._core import KEYPOINTS
 from pytracker.evidence.borne_out import BorneOut
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette
 from pytracker.recording.camera import WeakPerspective
+from pytracker.rotation import Array
 from pytracker.skeleton import average_skeleton
 
 PX_PER_M = 120.0
@@ -32,6 +34,14 @@ def seen(*people: tuple[int, tuple[int, int]]) -> BodyEvidence:
     return Silhouette(background, PX_PER_M)(image)
 
 
+def hanging() -> dict[str, Array]:
+    """Joints of who lets their arms hang, world, m."""
+    pose = np.zeros((1, len(SKELETON.channels)))
+    for channel, degrees in (("lhumerus_ry", -80.0), ("rhumerus_ry", 80.0)):
+        pose[0, SKELETON.channels.index(channel)] = np.radians(degrees)
+    return {name: rows[0] for name, rows in SKELETON.joints(pose).items()}
+
+
 @pytest.mark.parametrize(
     ("people", "told"),
     [
@@ -43,14 +53,23 @@ def seen(*people: tuple[int, tuple[int, int]]) -> BodyEvidence:
 def test_skin_that_another_person_wears_is_not_missed(
     people: tuple[tuple[int, tuple[int, int]], ...], told: bool
 ) -> None:
-    pose = np.zeros((1, len(SKELETON.channels)))
-    names = SKELETON.channels
-    for channel, degrees in (("lhumerus_ry", -80.0), ("rhumerus_ry", 80.0)):
-        pose[0, names.index(channel)] = np.radians(degrees)
-    joints = {name: rows[0] for name, rows in SKELETON.joints(pose).items()}
+    joints = hanging()
     looked = BorneOut(CAMERA, joints)
     sure = {name: np.full(3, 0.02) for name in joints}
     evidence = seen(*people)
     for k in range(10):
         looked.look(k / 30, joints, sure, evidence)
     assert ("skin that no arm explains" in looked.reasons()[-1].get("", "")) == told
+
+
+@pytest.mark.parametrize("beside_m", [0.0, 0.5])
+def test_points_beside_the_person_bear_nothing_out(beside_m: float) -> None:
+    """A track that follows them is where they are, and there is nobody there."""
+    joints = {name: at + np.array([beside_m, 0.0, 0.0]) for name, at in hanging().items()}
+    looked, sure = BorneOut(CAMERA, joints), {name: np.full(3, 0.02) for name in joints}
+    points = np.full((len(KEYPOINTS), 3), 2.0)
+    for row, name in zip(points, KEYPOINTS, strict=True):
+        row[:2] = CAMERA.project(joints[name][None])[0] if name in joints else np.nan
+    for k in range(10):
+        looked.look(k / 30, joints, sure, seen((320, (11, 64))), points)
+    assert ("left_wrist" in looked.reasons()[-1]) == (beside_m > 0.0)

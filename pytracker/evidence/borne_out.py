@@ -40,6 +40,8 @@ UNKNOWN_M = 0.12
 """A wrist that may be farther off, for all that the skin says, is not known."""
 OFF_PERSON_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""
+ON_PERSON = 0.6
+"""Of a detector's points this share lies on the person: all of them on clips of people, half where they are shifted."""
 ASK_EVERY_S = 0.06
 """What skin leaves open changes slowly, and asking takes as long as a layer of the filter."""
 WINDOW_S = 0.25
@@ -110,7 +112,7 @@ class BorneOut:
         pixels = dict(zip(names, self._camera.project(places), strict=True))
         px_per_m = float(self._camera.px_per_m(places[:1])[0])
         skin, person = evidence.skin_region, evidence.foreground_region
-        told = _by_points(points, px_per_m, pixels)
+        told = _by_points(points, px_per_m, pixels) if _are_on(person, points, px_per_m) else {}
         # Where a joint's own point is, masks tell nothing more of it.
         is_there = {joint for joint, off in told.items() if off < FAR_M}
         self._time_s.append(time_s)
@@ -157,6 +159,15 @@ class BorneOut:
             for frame, joint in np.argwhere(rows > limit):
                 reasons[frame][joints[joint]] = why
         return reasons
+
+
+def _are_on(person: Region | None, points: Array | None, px_per_m: float) -> bool:
+    """Whether a detector's points lie where the person is, those in the picture: else they tell nothing."""
+    if person is None or points is None:
+        return True
+    off = np.array([_distance(person[0], at) for at in points[:, :2]])
+    off = off[np.isfinite(off)]
+    return not len(off) or float((off < OFF_PERSON_M * px_per_m).mean()) >= ON_PERSON
 
 
 def _by_points(points: Array | None, px_per_m: float, pixels: Mapping[str, Array]) -> dict[str, float]:
