@@ -41,8 +41,8 @@ UNKNOWN_M = 0.12
 OFF_PERSON_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""
 ON_PERSON = 0.2
-"""Of a detector's points more lie on the person: all of them on clips of people, 0.44 at least where the background is a
-median of the clip itself, which has some of who stands still."""
+"""Of a detector's points more lie on the person: all of them on clips of people, 0.44 at least where the background is
+a median of the clip itself, which has some of who stands still."""
 ASK_EVERY_S = 0.06
 """What skin leaves open changes slowly, and asking takes as long as a layer of the filter."""
 WINDOW_S = 0.25
