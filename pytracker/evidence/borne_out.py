@@ -113,9 +113,9 @@ class BorneOut:
         pixels = dict(zip(names, self._camera.project(places), strict=True))
         px_per_m = float(self._camera.px_per_m(places[:1])[0])
         skin, person = evidence.skin_region, evidence.foreground_region
-        told = _by_points(points, px_per_m, pixels) if _are_on(person, points, px_per_m) else {}
+        told, is_on = _by_points(points, px_per_m, pixels), _are_on(person, points, px_per_m)
         # Where a joint's own point is, masks tell nothing more of it.
-        is_there = {joint for joint, off in told.items() if off < FAR_M}
+        is_there = {joint for joint, off in told.items() if is_on and off < FAR_M}
         self._time_s.append(time_s)
         for mask, joints_of, off in ((person, ARMS, self._off_person), (skin, WRISTS, self._off_skin)):
             apart = [np.nan if mask is None else _distance(mask[0], pixels[joint]) / px_per_m for joint in joints_of]
