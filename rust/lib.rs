@@ -31,7 +31,7 @@
 //! | [`body`] | upper body from one camera (Li & Kulić 2010): figure, cues, methods |
 //! | [`parameters`] | numbers of a method by name |
 //! | [`observation`], [`tracker`], [`estimate`] | what goes into the one online tracker of both, and what comes out |
-//! | [`smoothing`] | the same of a whole recording, window by window |
+//! | [`smoothing`] | the same of a whole recording, window by window; `averaged` with what the filter said of it |
 
 pub mod arm;
 mod averaged;

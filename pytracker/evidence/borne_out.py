@@ -163,7 +163,7 @@ class BorneOut:
 
 
 def _are_on(person: Region | None, points: Array | None, px_per_m: float) -> bool:
-    """Whether a detector's points lie where the person is, those in the picture: else they tell nothing."""
+    """Whether a detector's points lie where the person is, those in the picture: else they bear nothing out."""
     if person is None or points is None:
         return True
     off = np.array([_distance(person[0], at) for at in points[:, :2]])

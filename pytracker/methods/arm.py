@@ -235,7 +235,8 @@ class Smooth(Mixture):
     It is started from the mixture's track and from either depth at which the viewing ray meets the elbow's sphere,
     throughout; ways that settle apart are weighed, as a whole, for each window of 24 s, or of 600 frames
     where that is longer.
-    Every frame is estimated from what comes before and after it. Online it gives what `Mixture` does; the state is
+    Every frame is estimated from what comes before and after it, and averaged with what `Mixture` says of it, which has
+    up to three tenths of the say. Online it gives what `Mixture` does; the state is
     linearised again until it settles, eight times at most. Where no trajectory is found the frames stay as they were,
     and say so. What was measured once is estimated with the rest, and widens the bands where the data do not tell it.
 
