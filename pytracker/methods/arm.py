@@ -236,9 +236,9 @@ class Smooth(Mixture):
     throughout; ways that settle apart are weighed, as a whole, for each window of 24 s, or of 600 frames
     where that is longer.
     Every frame is estimated from what comes before and after it, and averaged with what `Mixture` says of it, which has
-    up to three tenths of the say. Online it gives what `Mixture` does; the state is
-    linearised again until it settles, eight times at most. Where no trajectory is found the frames stay as they were,
-    and say so. What was measured once is estimated with the rest, and widens the bands where the data do not tell it.
+    up to three tenths of the say. Online it gives what `Mixture` does; the state is linearised again until it settles,
+    eight times at most. Where no trajectory is found the frames stay as they were, and say so. What was measured once
+    is estimated with the rest, and widens the bands where the data do not tell it.
 
     Attributes:
         upper_arm_sd_m: how well the upper arm's length is known, m.
