@@ -7,6 +7,7 @@
 | `tracks` | what every track holds |
 | `cycle` | one cycle of a particle filter, to be looked at |
 | `doubts`, `body_doubts` | what a recording says against its own description, of an arm's tried by `suspects` |
+| `upper_arm`, `body_sensors` | whether sensors point where an arm is |
 | `found` | what a smoothed recording says of what was measured once |
 """
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker._core import KEY_JOINTS, InputError, Observation, Tracker, TrackingError
+from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Tracker, TrackingError
 from pytracker.evidence.borne_out import BorneOut, head_off
 from pytracker.evidence.followed import followed
 from pytracker.evidence.points_borne_out import PointsBorneOut
@@ -68,6 +68,7 @@ class BodyTrack(Track):
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
+        points: keypoints of who is tracked: u, v and standard deviation, px `(T, 9, 3)`; NaN where there are none.
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
         points_late: by how many frames keypoints fit the pictures best if they are taken to be late, and by how much
@@ -86,6 +87,7 @@ class BodyTrack(Track):
     blobs: Array
     on_person: Array
     head_off_m: Array
+    points: Array = field(default_factory=lambda: np.zeros((0, len(KEYPOINTS), 3)))
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
     points_late: tuple[int, float] = (0, 0.0)
@@ -115,6 +117,7 @@ class _Watched:
         self.on_person: list[float] = []
         self.people: list[tuple[float, Array | None]] = []
         self.exchanged: list[bool] = []
+        self.points: list[Array] = []
         self.points_off_m = float("nan")
         self.points_astray_m = np.zeros(0)
         self._shown: tuple[Shown, ...] = ()
@@ -169,6 +172,7 @@ class _Watched:
             trunk.look(time_s, means, theirs)
             points.look(time_s, means, theirs)
             self.exchanged.append(is_exchanged)
+            self.points.append(np.full((len(KEYPOINTS), 3), np.nan) if theirs is None else theirs)
         self.points_astray_m = points.median_off_m
         seen = points.reasons() if self.is_alone else self.borne_out.reasons()
         moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
@@ -272,6 +276,7 @@ def _assemble(
         blobs=blobs,
         on_person=np.array(watched.on_person),
         head_off_m=watched.head_off_m,
+        points=found.rows(np.array(watched.points)),
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(watched.points_astray_m),
         points_late=(0, 0.0) if watched.late is None else watched.late.found(),

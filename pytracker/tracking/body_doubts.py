@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.body_sensors import of_sensors
 from pytracker.tracking.tracks import where_of
 
 __all__ = ["of_body"]
@@ -32,7 +33,7 @@ LEAST_ON_PERSON = 0.6
 
 def of_body(track: BodyTrack) -> tuple[str, ...]:
     """Sentences, as of `doubts`."""
-    return (*_of_light(track), *_of_sides(track), *_of_late_points(track), *_of_first_pose(track))
+    return (*_of_light(track), *_of_sides(track), *_of_late_points(track), *_of_first_pose(track), *of_sensors(track))
 
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:

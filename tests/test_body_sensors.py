@@ -1,0 +1,89 @@
+"""Sensors on a body's arms that are set up wrong: what keypoints say of them, all the way."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.recording.recording import Imu
+from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
+from pytracker.tracking import BodyTrack
+
+Spoilt = Callable[[Imu], Imu]
+
+
+def turned(imu: Imu, by: Array) -> Imu:
+    """About the vertical, rad `(M,)`."""
+    turn = rotation_vector_to_quaternion(by[:, None] * np.array([0.0, 1.0, 0.0]))
+    return dataclasses.replace(imu, q_world_segment=multiply(turn, imu.q_world_segment))
+
+
+def heading(by_deg: float) -> Spoilt:
+    return lambda imu: turned(imu, np.full(len(imu.time_s), np.radians(by_deg)))
+
+
+def clock(by_s: float) -> Spoilt:
+    return lambda imu: dataclasses.replace(imu, time_s=imu.time_s + by_s)
+
+
+def drifting(by_deg: float) -> Spoilt:
+    return lambda imu: turned(imu, np.linspace(0.0, np.radians(by_deg), len(imu.time_s)))
+
+
+def faster(by: float) -> Spoilt:
+    return lambda imu: dataclasses.replace(imu, time_s=imu.time_s[0] + by * (imu.time_s - imu.time_s[0]))
+
+
+def on_the_upper_arm(imu: Imu) -> Imu:
+    return dataclasses.replace(imu, segment=imu.segment.replace("forearm", "upper_arm"))
+
+
+def said_of(recording: pt.BodyRecording, which: int, spoilt: Spoilt) -> list[str]:
+    imus = tuple(spoilt(imu) if k == which else imu for k, imu in enumerate(recording.imus))
+    sds = recording.imu_sds_rad[: len(imus)]
+    track = pt.track(dataclasses.replace(recording, imus=imus, imu_sds_rad=sds), pt.BodyMixture())
+    assert isinstance(track, BodyTrack)
+    return [words for words in track.doubts if "imu[" in words]
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "words"),
+    [
+        (heading(90.0), r"heading_deg turned by -(85|90|95)"),
+        (heading(-40.0), r"heading_deg turned by \+(30|35|40|45|50)"),
+        (clock(-0.3), r"offset_s greater by \+0.(25|30|35|40)"),
+        (clock(1.0), r"offset_s greater by -1.00"),
+        (drifting(90.0), "heading_deg"),
+        (faster(1.2), "offset_s"),
+        (on_the_upper_arm, r"check (these, )?segment"),
+    ],
+    ids=["heading", "heading back", "late", "early", "drift", "rate", "segment"],
+)
+def test_a_sensor_that_is_set_up_wrong_is_told_by_name(sensed: Path, spoilt: Spoilt, words: str) -> None:
+    recording = pt.load(sensed)
+    assert isinstance(recording, pt.BodyRecording)
+    recording = dataclasses.replace(recording, imus=recording.imus[:2])
+    for which in range(2):
+        told = said_of(recording, which, spoilt)
+        assert len(told) == 1
+        assert f"imu[{which}]" in told[0]
+        assert re.search(words, told[0]), told[0]
+
+
+def test_sensors_that_are_right_are_not_doubted(sensed: Path, tmp_path: Path) -> None:
+    """Nor where they are 5° off, worn on all four segments, and the detector is half as good."""
+    segments = ("left_forearm", "right_forearm", "left_upper_arm", "right_upper_arm")
+    for seed in (16, 17):
+        scene = pt.BodyScene(duration_s=5.0, keypoint_sd_px=4.0, imus=segments, imu_sd_deg=5.0)
+        recording = pt.load(pt.simulate_body(tmp_path / str(seed), scene, seed))
+        assert isinstance(recording, pt.BodyRecording)
+        assert said_of(recording, -1, heading(0.0)) == []
+    recording = pt.load(sensed)
+    assert isinstance(recording, pt.BodyRecording)
+    assert said_of(recording, -1, heading(0.0)) == []
