@@ -14,6 +14,7 @@ import pytracker as pt
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
 from pytracker.tracking import BodyTrack
+from pytracker.tracking.body_sensors import of_sensors
 
 Spoilt = Callable[[Imu], Imu]
 
@@ -87,3 +88,23 @@ def test_sensors_that_are_right_are_not_doubted(sensed: Path, tmp_path: Path) ->
     recording = pt.load(sensed)
     assert isinstance(recording, pt.BodyRecording)
     assert said_of(recording, -1, heading(0.0)) == []
+
+
+def test_where_no_keypoint_or_no_place_before_the_camera_is_nothing_is_told(sensed: Path) -> None:
+    recording = pt.load(sensed)
+    assert isinstance(recording, pt.BodyRecording)
+    track = pt.track(recording, pt.BodyMixture())
+    assert isinstance(track, BodyTrack)
+    unseen = dataclasses.replace(track, points=np.full_like(track.points, np.nan))
+    behind = {
+        name: dataclasses.replace(
+            joint, mean=joint.mean + recording.view.camera.viewing_directions(joint.mean) * -100.0
+        )
+        for name, joint in track.joints.items()
+    }
+    for one in (
+        unseen,
+        dataclasses.replace(track, joints=behind),
+        dataclasses.replace(track, points=np.zeros((0, 9, 3))),
+    ):
+        assert of_sensors(one) == ()

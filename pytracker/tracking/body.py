@@ -276,7 +276,7 @@ def _assemble(
         blobs=blobs,
         on_person=np.array(watched.on_person),
         head_off_m=watched.head_off_m,
-        points=found.rows(np.array(watched.points)),
+        points=found.rows(np.array(watched.points).reshape(-1, len(KEYPOINTS), 3)),
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(watched.points_astray_m),
         points_late=(0, 0.0) if watched.late is None else watched.late.found(),

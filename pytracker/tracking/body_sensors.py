@@ -161,13 +161,15 @@ def _way(track: BodyTrack, segment: str) -> _Way:
     first = recording.skeleton.joints(recording.initial[None])
     seen_px = track.points[:, KEYPOINTS.index(far), :2] - track.points[:, KEYPOINTS.index(near), :2]
     from_m = track.joints[near].mean
-    known = np.flatnonzero(np.isfinite(seen_px).all(axis=1) & np.isfinite(from_m).all(axis=1))
+    step = 0.05
+    aside = [camera.project(from_m + step * axis) - camera.project(from_m - step * axis) for axis in np.eye(3)]
+    slope = np.stack(aside, axis=2) / (2.0 * step * camera.px_per_m(from_m)[:, None, None])
+    # Nothing is told where a point is not seen, or the joint would be behind the camera.
+    known = np.flatnonzero(np.isfinite(seen_px).all(axis=1) & np.isfinite(slope).all(axis=(1, 2)))
     some = known[np.unique(np.linspace(0, len(known) - 1, min(len(known), MOST_FRAMES)).astype(int))]
-    places, px_per_m, step = from_m[some], camera.px_per_m(from_m[some]), 0.05
-    slope = [camera.project(places + step * axis) - camera.project(places - step * axis) for axis in np.eye(3)]
     return _Way(
         time_s=track.time_s[some],
-        seen_m=seen_px[some] / px_per_m[:, None],
-        slope=np.stack(slope, axis=2) / (2.0 * step * px_per_m[:, None, None]),
+        seen_m=seen_px[some] / camera.px_per_m(from_m[some])[:, None],
+        slope=slope[some],
         length_m=float(np.linalg.norm(first[far] - first[near])),
     )
