@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import SEGMENTS
 
 import pytracker as pt
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
 from pytracker.tracking import BodyTrack
+from pytracker.tracking.body_doubts import of_body
 from pytracker.tracking.body_sensors import of_sensors
 
 Spoilt = Callable[[Imu], Imu]
@@ -79,15 +81,26 @@ def test_a_sensor_that_is_set_up_wrong_is_told_by_name(sensed: Path, spoilt: Spo
 
 def test_sensors_that_are_right_are_not_doubted(sensed: Path, tmp_path: Path) -> None:
     """Nor where they are 5° off, worn on all four segments, and the detector is half as good."""
-    segments = ("left_forearm", "right_forearm", "left_upper_arm", "right_upper_arm")
     for seed in (16, 17):
-        scene = pt.BodyScene(duration_s=5.0, keypoint_sd_px=4.0, imus=segments, imu_sd_deg=5.0)
+        scene = pt.BodyScene(duration_s=5.0, keypoint_sd_px=4.0, imus=SEGMENTS, imu_sd_deg=5.0)
         recording = pt.load(pt.simulate_body(tmp_path / str(seed), scene, seed))
         assert isinstance(recording, pt.BodyRecording)
         assert said_of(recording, -1, heading(0.0)) == []
     recording = pt.load(sensed)
     assert isinstance(recording, pt.BodyRecording)
     assert said_of(recording, -1, heading(0.0)) == []
+
+
+def test_keypoints_of_other_frames_are_not_laid_on_the_sensors_clocks(sensed: Path) -> None:
+    recording = pt.load(sensed)
+    assert isinstance(recording, pt.BodyRecording)
+    imus = tuple(clock(-0.3)(imu) for imu in recording.imus)
+    track = pt.track(dataclasses.replace(recording, imus=imus), pt.BodyMixture())
+    assert isinstance(track, BodyTrack)
+    assert any("imu[" in words for words in of_body(track))
+    late = of_body(dataclasses.replace(track, points_late=(9, 0.05)))
+    assert any("frames before it" in words for words in late)
+    assert not any("imu[" in words for words in late)
 
 
 def test_where_no_keypoint_or_no_place_before_the_camera_is_nothing_is_told(sensed: Path) -> None:

@@ -33,7 +33,10 @@ LEAST_ON_PERSON = 0.6
 
 def of_body(track: BodyTrack) -> tuple[str, ...]:
     """Sentences, as of `doubts`."""
-    return (*_of_light(track), *_of_sides(track), *_of_late_points(track), *_of_first_pose(track), *of_sensors(track))
+    late = _of_late_points(track)
+    # Keypoints of other frames would be laid on the sensors' clocks.
+    sensors = () if late else of_sensors(track)
+    return (*_of_light(track), *_of_sides(track), *late, *_of_first_pose(track), *sensors)
 
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:

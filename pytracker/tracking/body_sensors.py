@@ -42,7 +42,7 @@ NEARER_M = 0.015
 ALIKE_M = 0.005
 """One thing that is wrong is told in place of two, or of one that drifts, that explain so little more."""
 BESIDE_M = 0.12
-"""Right ones have their far joint 6 cm beside its keypoint at most, on average."""
+"""Right ones have their far joint 7.4 cm beside its keypoint at most, on average."""
 _ENDS = {"forearm": ("elbow", "wrist"), "upper_arm": ("shoulder", "elbow")}
 
 
