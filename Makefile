@@ -42,7 +42,7 @@ test-keypoints: ## The detector's own tests, in an environment of its own: Media
 	$(KEYPOINTS)/bin/python -m pip install -q --disable-pip-version-check '.[keypoints]' pytest hypothesis
 	cd tests && ../$(KEYPOINTS)/bin/python -m pytest test_detector.py
 
-acceptance: $(VENV)/.installed ## The same, failing where the shared data is absent
+acceptance: $(VENV)/.installed ## The same with every seed, failing where the shared data is absent
 	PYTRACKER_ACCEPTANCE=1 $(BIN)/python -m pytest -n 2 --dist worksteal
 
 fuzz: $(VENV)/.installed ## Mutated files and absurd calls by the million (FUZZ=1000000): only our own errors

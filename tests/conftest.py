@@ -21,6 +21,8 @@ from pytracker.rotation import Array
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+IS_ACCEPTANCE = bool(os.environ.get("PYTRACKER_ACCEPTANCE"))
+"""`make acceptance`: nothing may be skipped, and what takes minutes is done with every seed."""
 SEGMENTS = ("left_forearm", "right_forearm", "left_upper_arm", "right_upper_arm")
 
 SHARED = Path(__file__).parents[2] / "shared"
@@ -64,7 +66,7 @@ def shared() -> Callable[[str], Path]:
         found = SHARED / path
         if not found.exists():
             reason = f"needs shared data that is not part of the project: {path}"
-            if os.environ.get("PYTRACKER_ACCEPTANCE"):
+            if IS_ACCEPTANCE:
                 pytest.fail(reason)
             pytest.skip(reason)
         return found

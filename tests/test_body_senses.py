@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SEGMENTS, estimated, shown
+from conftest import IS_ACCEPTANCE, SEGMENTS, estimated, shown
 from test_people import KEPT_BACK, WRISTS, errors
 
 import pytracker as pt
@@ -346,7 +346,7 @@ def test_another_renderers_body_with_keypoints_and_forearms(shared: Callable[[st
     plain = load(folder)
     assert plain.poses is not None
     found = []
-    for seed in range(1, 5):
+    for seed in range(1, 11 if IS_ACCEPTANCE else 5):
         seen_with_noise(plain, tmp_path / "keypoints.csv", 3.0, np.random.default_rng(seed))
         recording = with_keypoints(folder, tmp_path / "keypoints.csv", tmp_path / f"kp{seed}")
         imus = []
