@@ -68,6 +68,17 @@ def test_the_default_is_the_best_for_what_there_is(sensed: Path) -> None:
     assert default_method(ArmSimulation(pt.ArmScene(duration_s=1.0), 1).recording()) == pt.Smooth()
 
 
+def test_a_picture_alone_is_smoothed_as_far_as_particles_agree(sensed: Path) -> None:
+    """They have half of the say: where they are wide, what is smoothed is no surer than that."""
+    recording = without(load(sensed), keypoints=False)
+    smooth, online = (pt.track(recording, method, 2) for method in (pt.BodySmooth(), pt.Partitioned()))
+    for wrist in WRISTS:
+        mean, sd = online.joints[wrist].mean, online.joints[wrist].sd
+        apart = np.abs(smooth.joints[wrist].mean - mean)
+        assert np.mean(apart < smooth.joints[wrist].sd) > 0.98
+        assert np.mean(smooth.joints[wrist].sd > 0.6 * sd) > 0.95
+
+
 def test_what_is_smoothed_keeps_what_particles_saw(sensed: Path) -> None:
     """Online, and in what no trajectory says, it is `Partitioned`; between frames far apart it moves less."""
     recording = without(load(sensed))

@@ -67,11 +67,11 @@ def test_particles_agree_with_bands(body: pt.BodyRecording) -> None:
     estimate = next(one for one in reversed(estimates) if one is not None)
     particles = tracker.particles
     assert particles is not None
-    assert particles.shape == (2000, len(estimate.mean) + 3)
+    assert particles.shape == (2000, len(estimate.mean) + 5)
     for name in ("root", "head"):
-        with_it, without = (tracker.pose(states)[name][:, 2].std() for states in (particles, particles[:, :-3]))
-        assert with_it == pytest.approx(estimate.places[name].sd[2], rel=0.1)
-        assert without < 0.5 * with_it
+        with_it, without = (tracker.pose(states)[name].std(axis=0) for states in (particles, particles[:, :-5]))
+        assert with_it == pytest.approx(estimate.places[name].sd, rel=0.1)
+        assert (without < [0.95, 0.95, 0.5] * with_it).all()
     with pytest.raises(pt.InputError, match="states"):
         tracker.pose(particles[:, :-1])
     plain = pt.Tracker(body, pt.BodyPlain(particles=20), 1)

@@ -127,6 +127,9 @@ class BodyParticleMethod(BodyMethod):
         foreground_loss: the same of limbs and the foreground above the hips.
         region_reach_m: farther off than this is as bad as any, m.
         edge_loss: log-likelihood lost by a part whose outline misses every edge (fixed scale).
+        unseen_across_sd_m: standard deviation of joints across the picture, along each of its axes, m, where outlines
+            and skin are all that shows them: clothes and hands are wider than bones, and off in the same way from frame
+            to frame (paper: 0). It widens bands, from nothing at the first frame on, and nothing else.
     """
 
     particles: int = 300
@@ -149,6 +152,7 @@ class BodyParticleMethod(BodyMethod):
     foreground_loss: float = 0.0
     region_reach_m: float = 0.1
     edge_loss: float = 3.0
+    unseen_across_sd_m: float = 0.0
 
     filter: ClassVar[str] = "particles"
 
@@ -224,6 +228,7 @@ class _Fixed(_Doubting, BodyParticleMethod):
     base_turn_density: float = 0.2
     skin_loss: float = 30.0
     foreground_loss: float = 30.0
+    unseen_across_sd_m: float = 0.025
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -296,7 +301,8 @@ class BodySmooth(Partitioned, _Momentum):
 
     Every frame is estimated from what comes before and after it, by where a detector saw the joints, or the particles
     where there was none, by the sensors' orientations, and by how limbs move. Of two ways for a limb to lean it settles
-    on one; what a mixture like `BodyMixture` makes of the same frames has a share of three tenths in means and bands.
+    on one; what a mixture like `BodyMixture` makes of the same frames has a share of three tenths in means and bands,
+    and where no detector saw the joints what the particles make of them one of a half.
     Online it gives what `Partitioned` of the same parameters does.
     """
 

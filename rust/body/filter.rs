@@ -8,7 +8,7 @@ use super::method::{BodyMethod, FilterMethod};
 use super::mixture::BodyMixture;
 use super::moment::Moment;
 use super::particles::BodyParticles;
-use super::unseen::{UNSEEN, Unseen};
+use super::unseen::{Known, UNSEEN, Unseen};
 use crate::error::{require, require_time};
 use crate::estimate::Estimate;
 use crate::filter::Recorder;
@@ -75,7 +75,7 @@ impl BodyFilter {
     }
 
     /// The particles as they stand, of all islands: the free channels; then, where the method has it, what the camera does
-    /// not see: distance, m, lean and turn, rad. None of a mixture.
+    /// not see: distance, m, lean and turn, rad, places beside and above, m. None of a mixture.
     pub fn particles(&self) -> Option<ParticleSet> {
         let Filter::Particles(filter) = &self.filter else { return None };
         let particles = filter.particles();
@@ -83,7 +83,8 @@ impl BodyFilter {
             return Some(particles);
         }
         let [first_s, last_s] = self.frames_s.unwrap_or_default();
-        Some(self.method.unseen.drawn(&particles, last_s - first_s))
+        let known = Known { since_s: last_s - first_s, by_outlines: filter.by_outlines() };
+        Some(self.method.unseen.drawn(&particles, known))
     }
 
     /// Where states put the key joints, `(N, 8 * 3)`, m: of the free channels, or with columns of what is not seen besides.
@@ -104,7 +105,7 @@ impl BodyFilter {
             .chunks(joints.dim())
             .zip(states.chunks(dim + UNSEEN))
             .flat_map(|(joints, state)| {
-                Unseen::moved(joints, [state[dim], state[dim + 1], state[dim + 2]], &self.projection)
+                Unseen::moved(joints, std::array::from_fn(|k| state[dim + k]), &self.projection)
             })
             .collect::<Vec<_>>();
         ParticleSet::from_rows(joints.dim(), &each)

@@ -4,7 +4,7 @@ use super::figure::Figure;
 use super::joints::KEY_JOINTS;
 use super::skin::Blobs;
 use super::sloped::Sloped;
-use super::unseen::Unseen;
+use super::unseen::{Known, Unseen};
 use crate::estimate::{Estimate, Point};
 use crate::filter::{Component, Gaussian, Mixture};
 use crate::particles::{Interval, LOWER, Summary, UPPER};
@@ -23,8 +23,8 @@ pub(super) struct Posing<'a> {
 }
 
 impl Posing<'_> {
-    /// What Gaussians `(2 D,)`, each with its weight, the heaviest first, say of the body at a frame, `since_s` after the first.
-    pub fn estimate(&self, time_s: f64, since_s: f64, parts: &[(f64, &Gaussian)], blobs: Blobs) -> Estimate {
+    /// What Gaussians `(2 D,)`, each with its weight, the heaviest first, say of the body at a frame.
+    pub fn estimate(&self, time_s: f64, known: Known, parts: &[(f64, &Gaussian)], blobs: Blobs) -> Estimate {
         let each: Vec<(f64, Gaussian, Gaussian)> = parts
             .iter()
             .map(|(weight, state)| {
@@ -33,7 +33,7 @@ impl Posing<'_> {
             })
             .collect();
         let mut joints = together(&each.iter().map(|(weight, _, joints)| (*weight, joints)).collect::<Vec<_>>());
-        self.unseen.add(&mut joints, self.projection, since_s);
+        self.unseen.add(&mut joints, self.projection, known);
         let mut state = together(&each.iter().map(|(weight, angles, _)| (*weight, angles)).collect::<Vec<_>>());
         // Between two of them there is no pose: the heaviest is one.
         state.mean = state.mode.clone();

@@ -11,6 +11,7 @@ use super::moment::Moment;
 use super::momentum::{Momentum, Moving};
 use super::skin::Blobs;
 use super::trajectory::Body;
+use super::unseen::Known;
 use crate::Result;
 use crate::estimate::Estimate;
 use crate::filter::{Gaussian, Mixture, Reduction};
@@ -68,7 +69,9 @@ impl BodyMixture {
         let (blobs, person) = (Blobs::default(), person.as_ref());
         let frame = Frame { figure, projection, picture, orientations, blobs, person, bare };
         self.correct(body, &frame, time_s)?;
-        Ok(moment.posing().estimate(time_s, since_s, &self.parts(), blobs))
+        // It sees no outlines.
+        let known = Known { since_s, by_outlines: false };
+        Ok(moment.posing().estimate(time_s, known, &self.parts(), blobs))
     }
 
     /// Its components and their weights, the heaviest first.

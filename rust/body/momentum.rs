@@ -104,6 +104,13 @@ impl Moving {
         Gaussian { mean, covariance }
     }
 
+    /// A pose `(D,)` of which a covariance `(D, D)` is known, and of velocities nothing.
+    pub fn still(&self, pose: &[f64], covariance: &DMatrix<f64>) -> Gaussian {
+        let mut still = self.start(pose, 0.0);
+        still.covariance.view_mut((0, 0), covariance.shape()).copy_from(covariance);
+        still
+    }
+
     /// What a velocity does to its channel within `dt` s, and how much of it is left.
     fn kept(&self, dt: f64) -> (f64, f64) {
         let share = -(-dt / self.lasts_s).exp_m1();

@@ -7,8 +7,9 @@ use super::joints::KEY_JOINTS;
 use super::method::{BodyMethod, ParticleMethod};
 use super::moment::Moment;
 use super::skin::{Assignment, Blobs};
-use super::smooth::{Recorded, seen};
-use super::trajectory::Kept;
+use super::smooth::{Recorded, seen_by_particles};
+use super::trajectory::{Kept, Outlined};
+use super::unseen::Known;
 use super::weighing::Weighing;
 use crate::Result;
 use crate::estimate::{Estimate, Point};
@@ -16,6 +17,7 @@ use crate::filter::{Blend, Islands, Layer, LayeredFilter, Recorder};
 use crate::particles::ParticleSet;
 use crate::projection::Projection;
 use crate::smoothing::Windowed;
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 /// Particles over the poses of one body.
@@ -25,6 +27,8 @@ pub struct BodyParticles {
     islands: Islands,
     /// Of blobs to head and hands, island by island.
     assignments: Vec<Assignment>,
+    /// Outlines and skin were all that showed the body last.
+    by_outlines: bool,
     /// What every frame brought, where the recording is smoothed.
     kept: Vec<Kept>,
 }
@@ -44,7 +48,8 @@ impl BodyParticles {
     pub fn new(figure: &Figure, method: ParticleMethod, gate_m: f64, seed: u64) -> Result<Self> {
         let ParticleMethod { particles, islands: count, resampling, .. } = method;
         let islands = Islands::new(&figure.model.start(), particles, count, resampling, seed)?;
-        Ok(Self { method, islands, assignments: vec![Assignment::new(gate_m); count], kept: Vec::new() })
+        let assignments = vec![Assignment::new(gate_m); count];
+        Ok(Self { method, islands, assignments, by_outlines: true, kept: Vec::new() })
     }
 
     /// The particles as they stand, of all islands.
@@ -52,13 +57,18 @@ impl BodyParticles {
         self.islands.particles()
     }
 
+    /// Whether outlines and skin were all that showed the body last.
+    pub(super) fn by_outlines(&self) -> bool {
+        self.by_outlines
+    }
+
     /// Take a frame; `recorder` sees every layer, island by island.
     ///
     /// # Errors
     /// [`crate::Error::AllWeightsZero`].
     pub(super) fn update(&mut self, moment: &Moment<'_>, recorder: Option<&mut dyn Recorder>) -> Result<Estimate> {
-        let Self { method, islands, assignments, kept } = self;
-        let Moment { figure, projection, time_s, .. } = *moment;
+        let Self { method, islands, assignments, by_outlines, kept } = self;
+        let Moment { figure, projection, time_s, since_s, .. } = *moment;
         let posteriors = islands.each(assignments, recorder, |filter, assignment, recorder| {
             moment.update(method, filter, assignment, recorder)
         })?;
@@ -66,21 +76,24 @@ impl BodyParticles {
         let together = ParticleSet::together(&sets);
         let joints = figure.key_joints(&together);
         let blobs = most_given(&posteriors);
-        if method.smoothing.is_some() {
-            let (mean, _) = together.moments();
-            let parameters = moment.method.cue_parameters.keypoints;
-            let joints = joints.summary(joints.dim());
-            let seen = seen((figure, projection), moment.picture, parameters, (&mean, &joints));
-            let (orientations, mean) = (moment.orientations.to_vec(), mean.as_slice().to_vec());
-            kept.push(Kept { time_s, seen, orientations, mean, blobs });
-        }
+        let (mean, covariance) = together.moments();
+        let person = moment.person(&mean);
+        *by_outlines = person.is_none() && moment.picture.edges.is_some();
+        let seen = || seen_by_particles(projection, &joints.summary(joints.dim()));
+        let seen = method.smoothing.as_ref().and_then(|_| person.or_else(|| by_outlines.then(seen)));
         let joints = figure.in_balance(joints);
         let mut joints = joints.summary(joints.dim());
-        moment.method.unseen.add(&mut joints, projection, moment.since_s);
+        moment.method.unseen.add(&mut joints, projection, Known { since_s, by_outlines: *by_outlines });
+        let places: Vec<_> = (0..KEY_JOINTS.len()).map(|joint| Point::of_columns(&joints, 3 * joint)).collect();
+        if method.smoothing.is_some() {
+            let (orientations, mean) = (moment.orientations.to_vec(), mean.as_slice().to_vec());
+            let outlined = by_outlines.then(|| Outlined { covariance, places: places.clone() });
+            kept.push(Kept { time_s, seen, orientations, mean, outlined, blobs });
+        }
         Ok(Estimate {
             time_s,
             state: together.summary(together.dim()),
-            places: (0..KEY_JOINTS.len()).map(|joint| Point::of_columns(&joints, 3 * joint)).collect(),
+            places,
             ess: Some(together.ess()),
             // Distances and losses are no normalised densities: their mean is no evidence.
             log_evidence: None,
@@ -127,9 +140,16 @@ impl Moment<'_> {
         filter.cycle(time_s, &layers, recorder, |particles, _| Posterior { particles: particles.clone(), blobs })
     }
 
+    /// Which of the people found is this one, by where a pose has the joints.
+    fn person(&self, pose: &DVector<f64>) -> Option<Person> {
+        let Self { figure, projection, method, picture, .. } = *self;
+        let seen = figure.seen(projection, pose.as_slice());
+        nearest(&picture.keypoints, figure, &seen, method.cue_parameters.keypoints)
+    }
+
     /// Blobs to wearers, and which of the people found is this one, by where the mean of the particles expects them.
     fn assign(&self, particles: &ParticleSet, assignment: &mut Assignment) -> (Blobs, Option<Person>) {
-        let Self { figure, projection, method, picture, .. } = *self;
+        let Self { figure, projection, picture, .. } = *self;
         let (mean, _) = particles.moments();
         let seen = figure.seen(projection, mean.as_slice());
         let expected = [0, 1, 2].map(|wearer| {
@@ -137,7 +157,7 @@ impl Moment<'_> {
             [0.5 * (a.u + b.u), 0.5 * (a.v + b.v)]
         });
         let blobs = assignment.assign(&picture.blobs, &expected, seen[0].px_per_m);
-        (blobs, nearest(&picture.keypoints, figure, &seen, method.cue_parameters.keypoints))
+        (blobs, self.person(&mean))
     }
 }
 

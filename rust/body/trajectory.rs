@@ -9,6 +9,7 @@ use super::momentum::Moving;
 use super::skin::Blobs;
 use super::sloped::{Rows, Sloped};
 use crate::Result;
+use crate::estimate::Point;
 use crate::filter::{Chain, Gaussian, Linear, LinearTransition, cost_of};
 use crate::projection::Projection;
 use nalgebra::{DMatrix, DVector, Vector2, Vector3};
@@ -28,8 +29,19 @@ pub struct Kept {
     pub orientations: Vec<Orientation>,
     /// The particles' mean, `(D,)`.
     pub mean: Vec<f64>,
+    /// What else they say, where outlines and skin were all that they saw.
+    pub outlined: Option<Outlined>,
     /// The blob given to each wearer.
     pub blobs: Blobs,
+}
+
+/// What particles say of a frame that no detector saw.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Outlined {
+    /// Of channels, `(D, D)`.
+    pub covariance: DMatrix<f64>,
+    /// The key joints.
+    pub places: Vec<Point>,
 }
 
 /// What is posed, by what it is seen and how it moves.

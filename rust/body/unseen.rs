@@ -1,9 +1,10 @@
-//! What one camera does not see of the body as a whole: its distance, its lean towards the camera, its turn.
+//! What one camera does not see of the body as a whole: its distance, its lean towards the camera, its turn; and where skin and
+//! outlines are all that it sees, where exactly joints are within them.
 //!
-//! Each of the three moves joints along their viewing rays and, to first order and for a trunk that lies in the picture's
+//! Each of the first three moves joints along their viewing rays and, to first order and for a trunk that lies in the picture's
 //! plane, leaves the picture as it was: the distance all alike, a lean in proportion to the height above the root, a turn to
 //! the place beside it. An arm goes with its shoulder: how it is foreshortened says where it is from there. The 11 channels
-//! hold all three and the evidence says nothing of them, so that their posterior is what is known beforehand:
+//! hold all of it and the evidence says nothing of them, so that their posterior is what is known beforehand:
 //! normal, at the first frame no more than its pose is unsure of, the whole after some seconds. It is marginalised: their
 //! covariance is added to that of the particles, which would be spent on what no weight tells apart were layers to draw it.
 //! Who asks for the particles gets them with a draw of each.
@@ -25,8 +26,8 @@ const MEMORY_S: f64 = 1.0;
 /// No body is farther away, m, or turns more, rad.
 const MOST: f64 = 100.0;
 
-/// Distance, lean and turn.
-pub const UNSEEN: usize = 3;
+/// Distance, lean, turn, and places beside and above.
+pub const UNSEEN: usize = 5;
 /// Coordinates of the key joints.
 const COORDINATES: usize = 3 * KEY_JOINTS.len();
 /// What names the streams that they are drawn from: they decide nothing, so that no seed does.
@@ -34,6 +35,15 @@ const DRAWS: u64 = 0x756e_7365_656e;
 
 /// The joint that a key joint goes with: an elbow or a wrist with its shoulder.
 const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
+
+/// From what a body is known at a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Known {
+    /// How long after the first frame, s.
+    pub since_s: f64,
+    /// Outlines and skin are all that shows it: no detector saw its joints.
+    pub by_outlines: bool,
+}
 
 /// Standard deviations of what is not seen; all zero is the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -46,6 +56,8 @@ pub struct Unseen {
     pub lean: f64,
     /// Of the trunk's turn about its long axis, rad.
     pub turn: f64,
+    /// Of joints in the picture, along each of its axes, m: where the person's outlines and skin are all that shows them.
+    pub across_m: f64,
 }
 
 impl Unseen {
@@ -59,25 +71,27 @@ impl Unseen {
         let first = self.first_distance_m;
         require(zero_or_more(first), "first_distance_sd_m", first, "0 m or more")?;
         require(zero_or_more(self.lean), "unseen_lean_sd_rad", self.lean, "0 rad or more")?;
-        require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")
+        require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")?;
+        require(zero_or_more(self.across_m), "unseen_across_sd_m", self.across_m, "0 m or more")
     }
 
     /// Whether there is none of it, whatever the time.
     pub fn is_none(&self) -> bool {
-        [self.distance_m, self.first_distance_m, self.lean, self.turn] == [0.0; 4]
+        [self.distance_m, self.first_distance_m, self.lean, self.turn, self.across_m] == [0.0; 5]
     }
 
-    /// Standard deviations of distance, m, lean and turn, rad, `since_s` after the first frame.
-    fn sds(&self, since_s: f64) -> [f64; UNSEEN] {
+    /// Standard deviations of distance, m, lean and turn, rad, and places, m, in that case.
+    fn sds(&self, Known { since_s, by_outlines }: Known) -> [f64; UNSEEN] {
         let grown = (-(-2.0 * since_s / MEMORY_S).exp_m1()).sqrt();
-        let [distance, lean, turn] = [self.distance_m, self.lean, self.turn].map(|sd| sd * grown);
-        [distance.hypot(self.first_distance_m), lean, turn]
+        let across_m = if by_outlines { self.across_m } else { 0.0 };
+        let [distance, lean, turn, across] = [self.distance_m, self.lean, self.turn, across_m].map(|sd| sd * grown);
+        [distance.hypot(self.first_distance_m), lean, turn, across, across]
     }
 
-    /// Particles `(N, D)` with columns for distance, m, lean and turn, rad, `(N, D + 3)`: each drawn from what is known of
-    /// them `since_s` after the first frame. A particle has the same draw, in standard deviations, whenever it is asked.
-    pub fn drawn(&self, particles: &ParticleSet, since_s: f64) -> ParticleSet {
-        let (dim, sds) = (particles.dim(), self.sds(since_s));
+    /// Particles `(N, D)` with columns for distance, m, lean and turn, rad, and places, m, `(N, D + 5)`: each drawn from what is
+    /// known of them. A particle has the same draw, in standard deviations, whenever it is asked.
+    pub fn drawn(&self, particles: &ParticleSet, known: Known) -> ParticleSet {
+        let (dim, sds) = (particles.dim(), self.sds(known));
         let mut all = particles.mapped(dim + UNSEEN, |block, out| {
             (0..dim).for_each(|d| out.column_mut(d).copy_from_slice(block.column(d)));
         });
@@ -91,15 +105,15 @@ impl Unseen {
         all
     }
 
-    /// Key joints `(8 * 3,)` m, moved by a distance, m, a lean and a turn, rad.
+    /// Key joints `(8 * 3,)` m, moved by a distance, m, a lean and a turn, rad, and places beside and above, m.
     pub fn moved(joints: &[f64], unseen: [f64; UNSEEN], projection: &Projection) -> Vec<f64> {
         let moved = moves(|k| joints[k], unseen, projection).column_sum();
         joints.iter().zip(&moved).map(|(at, by)| at + by).collect()
     }
 
-    /// Add it to covariance and bands of the key joints, `(8 * 3,)` m, `since_s` after the first frame. Mean and mode stay.
-    pub fn add(&self, joints: &mut Summary, projection: &Projection, since_s: f64) {
-        let sds = self.sds(since_s);
+    /// Add it to covariance and bands of the key joints, `(8 * 3,)` m. Mean and mode stay.
+    pub fn add(&self, joints: &mut Summary, projection: &Projection, known: Known) {
+        let sds = self.sds(known);
         if sds == [0.0; UNSEEN] {
             return;
         }
@@ -113,7 +127,8 @@ impl Unseen {
     }
 }
 
-/// How far a distance, m, a lean and a turn, rad, each move every coordinate of the key joints, `(8 * 3, 3)`.
+/// How far a distance, m, a lean and a turn, rad, and places beside and above, m, each move every coordinate of the key joints,
+/// `(8 * 3, 5)`.
 fn moves(joints: impl Fn(usize) -> f64, by: [f64; UNSEEN], projection: &Projection) -> DMatrix<f64> {
     let at = |joint: usize| Vector3::from_fn(|d, _| joints(3 * joint + d));
     let [up, beside] = across(projection.viewing_direction(at(0)));
@@ -121,8 +136,9 @@ fn moves(joints: impl Fn(usize) -> f64, by: [f64; UNSEEN], projection: &Projecti
     for (joint, with) in GOES_WITH.into_iter().enumerate() {
         let reach = at(with) - at(0);
         let along = projection.viewing_direction(at(joint));
-        for (k, depth) in [by[0], by[1] * reach.dot(&up), by[2] * reach.dot(&beside)].into_iter().enumerate() {
-            moves.fixed_view_mut::<3, 1>(3 * joint, k).copy_from(&(along * depth));
+        let in_depth = [by[0], by[1] * reach.dot(&up), by[2] * reach.dot(&beside)].map(|depth| along * depth);
+        for (k, moved) in in_depth.into_iter().chain([beside * by[3], up * by[4]]).enumerate() {
+            moves.fixed_view_mut::<3, 1>(3 * joint, k).copy_from(&moved);
         }
     }
     moves
@@ -142,7 +158,11 @@ mod tests {
     use crate::particles::{NORMAL_UPPER, ParticleSet};
     use nalgebra::Matrix3;
 
-    const SD: Unseen = Unseen { distance_m: 0.05, first_distance_m: 0.0, lean: 0.1, turn: 0.2 };
+    const SD: Unseen = Unseen { distance_m: 0.05, first_distance_m: 0.0, lean: 0.1, turn: 0.2, across_m: 0.03 };
+
+    fn at(since_s: f64) -> Known {
+        Known { since_s, by_outlines: false }
+    }
 
     fn close(a: f64, b: f64, within: f64) {
         assert!((a - b).abs() <= within, "{a} is not {b} within {within}");
@@ -169,7 +189,7 @@ mod tests {
     #[test]
     fn depth_is_spread_and_nothing_else() {
         let (seen, mut all) = (joints(), joints());
-        SD.add(&mut all, &front(), 1e3);
+        SD.add(&mut all, &front(), at(1e3));
         assert_eq!((&seen.mean, &seen.mode), (&all.mean, &all.mode));
         for d in 0..24 {
             let added = all.covariance[(d, d)] - seen.covariance[(d, d)];
@@ -188,15 +208,29 @@ mod tests {
         close(all.covariance[(2, 23)] - seen.covariance[(2, 23)], 0.05f64.powi(2), 1e-12);
     }
 
+    /// Along both axes of the picture, as depth is along none; a detector's points say more.
+    #[test]
+    fn outlines_do_not_tell_where_in_them_joints_are() {
+        let (seen, mut all) = (joints(), joints());
+        SD.add(&mut all, &front(), Known { since_s: 1e3, by_outlines: true });
+        let mut in_depth = joints();
+        SD.add(&mut in_depth, &front(), at(1e3));
+        for d in 0..24 {
+            let added = all.covariance[(d, d)] - in_depth.covariance[(d, d)];
+            close(added, if d % 3 < 2 { 0.03f64.powi(2) } else { 0.0 }, 1e-12);
+            assert!(d % 3 == 2 || all.bands[d].hi > seen.bands[d].hi);
+        }
+    }
+
     #[test]
     fn it_grows_from_nothing() {
         let sd = |since_s: f64| {
             let mut all = joints();
-            SD.add(&mut all, &front(), since_s);
+            SD.add(&mut all, &front(), at(since_s));
             all.covariance[(2, 2)].sqrt()
         };
         let mut at_once = joints();
-        SD.add(&mut at_once, &front(), 0.0);
+        SD.add(&mut at_once, &front(), at(0.0));
         assert_eq!(at_once, joints());
         close(sd(50.0), 0.05, 1e-12);
         close(sd(0.5), 0.05 * (1.0 - (-1.0f64).exp()).sqrt(), 1e-12);
@@ -207,7 +241,7 @@ mod tests {
         let unsure = Unseen { first_distance_m: 0.12, ..SD };
         for (since_s, expected) in [(0.0, 0.12), (50.0, 0.13)] {
             let mut all = joints();
-            unsure.add(&mut all, &front(), since_s);
+            unsure.add(&mut all, &front(), at(since_s));
             close(all.covariance[(2, 2)].sqrt(), expected, 1e-12);
         }
     }
@@ -219,7 +253,7 @@ mod tests {
         let camera = Camera::new(matrix, [0.0; 5], Matrix3::identity(), Vector3::zeros()).unwrap();
         let projection = Projection::Pinhole(Box::new(camera));
         let (seen, mut all) = (joints(), joints());
-        SD.add(&mut all, &projection, 1e3);
+        SD.add(&mut all, &projection, at(1e3));
         for joint in 0..8 {
             let at = Vector3::from_fn(|d, _| all.mean[3 * joint + d]);
             let added = (&all.covariance - &seen.covariance).fixed_view::<3, 3>(3 * joint, 3 * joint).into_owned();
@@ -246,12 +280,13 @@ mod tests {
 
     #[test]
     fn ranges() {
-        assert!(Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0 }.check().is_ok());
+        assert!(Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0 }.check().is_ok());
         for bad in [-0.1, f64::NAN, f64::INFINITY] {
             assert!(Unseen { distance_m: bad, ..SD }.check().is_err());
             assert!(Unseen { first_distance_m: bad, ..SD }.check().is_err());
             assert!(Unseen { lean: bad, ..SD }.check().is_err());
             assert!(Unseen { turn: bad, ..SD }.check().is_err());
+            assert!(Unseen { across_m: bad, ..SD }.check().is_err());
         }
     }
 }

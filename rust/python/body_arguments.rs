@@ -72,6 +72,7 @@ struct ParticlesArgument {
     alpha: f64,
     adapt: f64,
     anew_share: f64,
+    unseen_across_sd_m: f64,
 }
 
 /// What a mixture has besides.
@@ -162,17 +163,18 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
     let m: MethodArgument = method.extract()?;
     let numbers = numbers(method)?;
     let momentum = || Ok::<_, PyErr>(Momentum::from(method.extract::<MomentumArgument>()?));
-    let (filter, layers, cue_parameters) = match m.filter.as_str() {
+    let (filter, layers, cue_parameters, across_m) = match m.filter.as_str() {
         "particles" | "smoother" => {
             let p: ParticlesArgument = method.extract()?;
             let smoothing = if m.filter == "smoother" { Some(momentum()?) } else { None };
-            (FilterMethod::Particles(p.method(smoothing)?), p.layers()?, CueParameters::read(&numbers)?)
+            let filter = FilterMethod::Particles(p.method(smoothing)?);
+            (filter, p.layers()?, CueParameters::read(&numbers)?, p.unseen_across_sd_m)
         }
         "mixture" => {
             let MixtureArgument { corrections, components } = method.extract()?;
             let filter = FilterMethod::Mixture(MixtureMethod { components, momentum: momentum()? });
             let cues = corrections.iter().map(|name| CueName::smooth_from_name(name)).collect::<Result<_>>()?;
-            (filter, vec![BodyLayer::whole(cues)], CueParameters::of_smooth(&numbers)?)
+            (filter, vec![BodyLayer::whole(cues)], CueParameters::of_smooth(&numbers)?, 0.0)
         }
         _ => {
             let known = "particles, mixture, smoother";
@@ -184,6 +186,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         first_distance_m: m.first_distance_sd_m,
         lean: m.unseen_lean_sd_rad,
         turn: m.unseen_turn_sd_rad,
+        across_m,
     };
     let found = BodyMethod { filter, layers, cue_parameters, balance: m.balance, unseen };
     found.check()?;

@@ -133,7 +133,7 @@ pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
             effort: EffortParameters { loss: 0.0 },
         },
         balance: 0.0,
-        unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0 },
+        unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0 },
         layers: vec![layer],
     }
 }
