@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker._core import KEYPOINTS
 from pytracker.formats.video import frames, probe
 from pytracker.recording.camera import WeakPerspective
 from pytracker.recording.found_pose import fingerprint, is_as_found, is_stale, lines_of
@@ -51,6 +52,9 @@ def test_a_persons_first_pose_is_found_from_a_detectors_keypoints(clip: str) -> 
     assert max(off) < 0.16
     with pytest.raises(pt.InputError, match="expected 6 at least"):
         first_pose(recording.skeleton, recording.view.camera, np.full((9, 3), np.nan))
+    points[[KEYPOINTS.index(f"{side}_shoulder") for side in ("left", "right")]] = np.nan
+    with pytest.raises(pt.InputError, match=r"0 shoulders and 2 hips .* expected both shoulders, or one and a hip"):
+        first_pose(recording.skeleton, recording.view.camera, points)
 
 
 def person_at(u: float, height: float) -> np.ndarray:

@@ -219,7 +219,7 @@ def _written(draft: Draft, pose: FoundPose, words: str, inputs: str) -> Finding:
 def _when(keypoints: Keypoints) -> str:
     """From which frame on there is enough to see, in words."""
     row = first_row(keypoints.points)
-    if row is None:
+    if not row:
         return ""
     frame = int(keypoints.frames[row])
     return f"; there are from frame {frame} on: cut what is before it off the video, and find the keypoints again"

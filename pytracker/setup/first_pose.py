@@ -65,7 +65,7 @@ class FirstPose(FoundPose):
 def first_pose(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array, focal_sd: float = 0.0) -> FirstPose:
     """From keypoints of one person `(9, 3)`: u, v, confidence; `focal_sd` of the camera is a share.
 
-    Raises `InputError` where too few are seen.
+    Raises `InputError` where too few are seen, or nothing of how large the trunk is.
     """
     return faced(skeleton, camera, lambda seen_by: _found(skeleton, seen_by, points, focal_sd))
 
@@ -139,13 +139,16 @@ def _is_from_behind(seen: dict[str, Array]) -> bool:
 def _place(camera: Camera, seen: dict[str, Array]) -> Array:
     """Where the hips are, by how long the trunk is in the picture, m `(3,)`, or by how wide the shoulders are.
 
-    Above the origin where neither is seen.
+    Raises `InputError` where neither is seen.
     """
     shoulders, hips = ([at for name, at in seen.items() if name.endswith(joint)] for joint in ("shoulder", "hip"))
     if shoulders and hips:
         top, bottom = np.mean(shoulders, axis=0), np.mean(hips, axis=0)
         return along(camera, bottom, TRUNK_M / max(float(np.linalg.norm(top - bottom)), 1.0))
-    if len(shoulders) == len(("left", "right")):
-        width = max(float(np.linalg.norm(shoulders[0] - shoulders[1])), 1.0)
-        return along(camera, np.mean(shoulders, axis=0), SHOULDERS_M / width) - [0.0, TRUNK_M, 0.0]
-    return np.array([0.0, HIPS_M, 0.0])
+    if len(shoulders) < len(("left", "right")):
+        raise InputError(
+            f"{len(shoulders)} shoulders and {len(hips)} hips are among the keypoints of the first frame, expected "
+            "both shoulders, or one and a hip: they tell how far off the person is"
+        )
+    width = max(float(np.linalg.norm(shoulders[0] - shoulders[1])), 1.0)
+    return along(camera, np.mean(shoulders, axis=0), SHOULDERS_M / width) - [0.0, TRUNK_M, 0.0]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Tracker, TrackingError
 from pytracker.evidence.borne_out import BorneOut, head_off
+from pytracker.evidence.facing import FaceSeen
 from pytracker.evidence.followed import followed
 from pytracker.evidence.points_borne_out import PointsBorneOut
 from pytracker.evidence.points_late import points_late_of
@@ -68,6 +69,7 @@ class BodyTrack(Track):
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
         on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
+        face_on_back: share of the head that is skin, where most frames have the skeleton seen from behind; else 0.
         points: keypoints of who is tracked: u, v and standard deviation, px `(T, 9, 3)`; NaN where there are none.
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
@@ -87,6 +89,7 @@ class BodyTrack(Track):
     blobs: Array
     on_person: Array
     head_off_m: Array
+    face_on_back: float = 0.0
     points: Array = field(default_factory=lambda: np.zeros((0, len(KEYPOINTS), 3)))
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
@@ -112,6 +115,7 @@ class _Watched:
         self.borne_out = BorneOut(self.camera, self._first, [imu.segment for imu in recording.imus])
         _, ends, _ = recording.skeleton.core.pose(recording.initial[None])
         is_median = recording.view.background is None
+        self.face = FaceSeen(self.camera)
         self.stature = StatureSeen(self.camera, ends[0], self._first["head"], is_median=is_median)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
@@ -146,6 +150,7 @@ class _Watched:
         if not self.has_keypoints:
             self.stature.look(observation.time_s, means, evidence.foreground)
         if (len(self.people) - 1) % LOOK_EVERY == 0:
+            self.face.look(means, evidence)
             self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
 
     @property
@@ -275,6 +280,7 @@ def _assemble(
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
         blobs=blobs,
         on_person=np.array(watched.on_person),
+        face_on_back=watched.face.on_back,
         head_off_m=watched.head_off_m,
         points=found.rows(np.array(watched.points).reshape(-1, len(KEYPOINTS), 3)),
         points_off_m=watched.points_off_m,

@@ -27,6 +27,9 @@ LATE_NEARER_M = 0.002
 FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
 """Where a detector takes left for right in a few frames, no word is lost; in most, more than the detector is wrong."""
 
+FACE = 0.45
+"""So much of a head is skin, in the median frame, where its face is seen: of nine people 0.5 to 1."""
+
 LEAST_ON_PERSON = 0.6
 """Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
 
@@ -36,7 +39,7 @@ def of_body(track: BodyTrack) -> tuple[str, ...]:
     late = _of_late_points(track)
     # Keypoints of other frames would be laid on the sensors' clocks.
     sensors = () if late else of_sensors(track)
-    return (*_of_light(track), *_of_sides(track), *late, *_of_first_pose(track), *sensors)
+    return (*_of_light(track), *_of_sides(track), *_of_face(track), *late, *_of_first_pose(track), *sensors)
 
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:
@@ -76,6 +79,17 @@ def _of_sides(track: BodyTrack) -> tuple[str, ...]:
     if len(frames) < MOST_EXCHANGED * len(track.time_s):
         return (said,)
     return (f"{said}: are they of a mirrored video, or does the first pose face the other way?",)
+
+
+def _of_face(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where a skeleton that is seen from behind has a face."""
+    if track.face_on_back < FACE:
+        return ()
+    return (
+        f"{where_of(track.recording)}: the skeleton is seen from behind, its left shoulder left of the right one, but "
+        f"{track.face_on_back:.0%} of its head is skin, as of a face: left and right are exchanged, of the keypoints, "
+        "the picture or the first pose (all is well if it is a back, and the head is bald or fair)",
+    )
 
 
 def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:

@@ -1,0 +1,51 @@
+"""Whether a face is seen of who is taken to be seen from behind: left and right are then exchanged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.recording.camera import Camera, WeakPerspective
+from pytracker.rotation import Array
+
+__all__ = ["FaceSeen"]
+
+FACE_M = 0.06
+"""Half as wide as a face."""
+BEHIND_M = 0.1
+"""The left shoulder is so far left of the right one of who is seen from behind; else they are seen from the side."""
+LEAST_SEEN = 0.5
+"""In fewer of the frames nobody is seen from behind."""
+
+
+class FaceSeen:
+    """How much of the head is skin, of a skeleton that is seen from behind."""
+
+    def __init__(self, camera: Camera | WeakPerspective) -> None:
+        self._camera = camera
+        self._skin: list[float] = []
+
+    def look(self, joints: Mapping[str, Array], evidence: BodyEvidence) -> None:
+        """Take a frame's mean joints, `(3,)` each, world, m, and what it shows."""
+        left, right, head = self._camera.project(
+            np.stack([joints[name] for name in ("left_shoulder", "right_shoulder", "head")])
+        )
+        px_per_m = float(self._camera.px_per_m(joints["head"][None])[0])
+        is_behind = right[0] - left[0] > BEHIND_M * px_per_m
+        self._skin.append(_share(evidence.skin, head, FACE_M * px_per_m) if is_behind else np.nan)
+
+    @property
+    def on_back(self) -> float:
+        """Share of the head that is skin, the median of the frames; 0 where it is not seen from behind in most."""
+        known = np.isfinite(self._skin)
+        return float(np.median(np.array(self._skin)[known])) if known.mean() >= LEAST_SEEN else 0.0
+
+
+def _share(skin: NDArray[np.uint8], at: Array, radius_px: float) -> float:
+    """Of a disc about a pixel that is skin; NaN outside the picture."""
+    rows, columns = np.ogrid[: skin.shape[0], : skin.shape[1]]
+    disc = (columns - at[0]) ** 2 + (rows - at[1]) ** 2 <= radius_px**2
+    return float((skin[disc] > 0).mean()) if disc.any() else np.nan

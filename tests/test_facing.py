@@ -1,0 +1,67 @@
+"""A skeleton that is seen from behind and has a face."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from test_body_senses import with_keypoints
+
+import pytracker as pt
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.facing import FaceSeen
+from pytracker.recording import WeakPerspective
+from pytracker.setup.first_pose import first_pose
+from pytracker.tracking.doubts import doubts
+
+OTHERS = {"left": "right", "right": "left"}
+EXCHANGED = [KEYPOINTS.index("_".join(OTHERS.get(word, word) for word in name.split("_"))) for name in KEYPOINTS]
+CAMERA = WeakPerspective(affine=((100.0, 0.0, 0.0, 160.0), (0.0, -100.0, 0.0, 240.0)))
+
+
+def seen(left_x: float, face: bool, frames: int = 3) -> float:
+    """Of a head at (160, 90) px between shoulders, the left one at `left_x` m."""
+    joints = {
+        "left_shoulder": [left_x, 1.3, 0],
+        "right_shoulder": [-left_x, 1.3, 0],
+        "head": [0, 1.5, 0],
+        "root": [0, 1, 0],
+    }
+    skin = np.zeros((480, 320), np.uint8)
+    skin[80:101, 150:171] = 255 * face
+    facing = FaceSeen(CAMERA)
+    evidence: Any = SimpleNamespace(skin=skin)
+    for _ in range(frames):
+        facing.look({name: np.array(at, float) for name, at in joints.items()}, evidence)
+    return facing.on_back
+
+
+def test_a_face_on_a_back() -> None:
+    assert seen(-0.17, face=True) == 1.0
+    assert seen(-0.17, face=False) == 0.0
+    assert seen(0.17, face=True) == 0.0
+    assert seen(-0.03, face=True) == 0.0, "from the side either shoulder may be the left one"
+
+
+def test_exchanged_sides_of_a_person_are_told(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """From keypoints of somebody who sees left and right as the camera does, the first pose has the back to it."""
+    table = next(shared("data/people/gestures").glob("0_1_20_*mediapipe*"))
+    recording = with_keypoints(shared("recordings/people-gesture-20"), table, tmp_path / "20")
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    exchanged = dataclasses.replace(keypoints, points=keypoints.points[:, :, EXCHANGED])
+    found = first_pose(recording.skeleton, recording.view.camera, exchanged.points[0, 0])
+    assert found.is_from_behind
+    back = dataclasses.replace(
+        recording,
+        view=dataclasses.replace(recording.view, keypoints=exchanged),
+        initial=found.channels(recording.skeleton),
+    )
+    (said,) = doubts(pt.track(back, pt.BodyMixture()))
+    assert "the skeleton is seen from behind" in said
+    assert "left and right are exchanged" in said
+    assert doubts(pt.track(recording, pt.BodyMixture())) == ()
