@@ -19,7 +19,8 @@ from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoint_models import MODELS, name_of
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
-from pytracker.recording.keypoints import in_pixels, uncovered, without_repeats
+from pytracker.recording.keypoints import in_pixels, uncovered
+from pytracker.recording.keypoints_filled import without_filled, without_repeats
 from pytracker.rotation import Array
 
 INFO = VideoInfo(width=640, height=480, frame_count=3, rate_hz=30.0)
@@ -339,6 +340,39 @@ def test_keypoints_that_were_held_are_left_out() -> None:
     assert "in 17 frames the keypoints repeat" in said[0]
     assert "longest in frames 13 to 29" in said[0]
     assert without_repeats(Path("k.csv"), Keypoints(np.arange(40), np.rint(points)))[1] == ()
+
+
+def test_keypoints_that_were_filled_in_are_left_out() -> None:
+    """Pipelines fill gaps by straight lines, joint by joint, and detectors hold one joint."""
+    rng = np.random.default_rng(0)
+    walk = 100.0 + np.cumsum(rng.normal(0.0, 1.0, (60, 1, len(KEYPOINTS), 3)), axis=0)
+    frames, line, hold, short, still = np.arange(60), 3, 4, 5, 6
+    points = walk.copy()
+    points[20:41, 0, line, :2] = np.linspace(walk[20, 0, line, :2], walk[40, 0, line, :2], 21)
+    points[20:41, 0, hold, :2] = walk[20, 0, hold, :2]
+    points[20:31, 0, short, :2] = np.linspace(walk[20, 0, short, :2], walk[30, 0, short, :2], 11)
+    points[:, 0, still, :2] = 50.0 + 1e-4 * rng.normal(size=(60, 2))
+    kept, said = without_filled(Path("k.csv"), Keypoints(frames, points))
+    gone = np.isnan(kept.points[:, 0, :, 0])
+    assert np.flatnonzero(gone[:, line]).tolist() == list(range(21, 40))
+    assert np.flatnonzero(gone[:, hold]).tolist() == list(range(21, 41))
+    assert gone.sum() == 19 + 20
+    assert "39 keypoints lie on a straight line" in said[0]
+    assert "to 0.005 px, most in a row of the right elbow in frames 21 to 40" in said[0]
+    # Digits that are rounded; and a frame that was left out is no neighbour.
+    kept, said = without_filled(Path("k.csv"), Keypoints(frames, np.round(points, 2)))
+    assert (np.isnan(kept.points[:, 0, :, 0]) == gone).all()
+    assert without_filled(Path("k.csv"), Keypoints(frames, np.rint(points)))[1] == ()
+    assert without_filled(Path("k.csv"), Keypoints(2 * frames, points))[1] == ()
+
+
+def test_no_detectors_points_look_filled_in(shared: Callable[[str], Path]) -> None:
+    folders = {file.parent for file in shared("data/people/pose2sim_truth").rglob("*_json/*.json")}
+    for file in [*shared("data/people/gestures").glob("*mediapipe*.csv"), *folders]:
+        found = read_keypoints(file)
+        pixels = found.points[..., :2] * ([270, 480] if found.is_share else 1.0)
+        points = np.concatenate([pixels, found.points[..., 2:]], axis=-1)
+        assert without_filled(file, Keypoints(found.frames, points))[1] == ()
 
 
 def test_keypoints_of_every_second_frame_are_told() -> None:

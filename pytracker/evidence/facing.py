@@ -39,9 +39,9 @@ class FaceSeen:
 
     @property
     def on_back(self) -> float:
-        """Share of the head that is skin, the median of the frames; 0 where it is not seen from behind in most."""
-        known = np.isfinite(self._skin)
-        return float(np.median(np.array(self._skin)[known])) if known.mean() >= LEAST_SEEN else 0.0
+        """Share of the head that is skin, the median of the frames; 0 where most do not have it seen from behind."""
+        known = [share for share in self._skin if np.isfinite(share)]
+        return float(np.median(known)) if known and len(known) >= LEAST_SEEN * len(self._skin) else 0.0
 
 
 def _share(skin: NDArray[np.uint8], at: Array, radius_px: float) -> float:

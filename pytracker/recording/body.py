@@ -20,7 +20,8 @@ from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import alone, files_of, of_video, without_repeats
+from pytracker.recording.keypoints import alone, files_of, of_video
+from pytracker.recording.keypoints_filled import as_seen
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
@@ -112,7 +113,7 @@ def _detected(folder: Path, named: str | None, view: BodyView) -> tuple[BodyView
         kept, said = of_video(file, view.keypoints, video.probe(view.video))
         return dataclasses.replace(view, keypoints=kept), said
     counted, late = alone(file, view.keypoints)
-    kept, said = without_repeats(file, counted)
+    kept, said = as_seen(file, counted)
     return dataclasses.replace(view, keypoints=kept), (*late, *said)
 
 

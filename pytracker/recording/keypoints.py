@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
+from pytracker.recording.keypoints_filled import as_seen
 from pytracker.rotation import Array
 
 __all__ = [
@@ -22,7 +23,6 @@ __all__ = [
     "of_video",
     "tallest",
     "uncovered",
-    "without_repeats",
 ]
 
 OUTSIDE = 0.25
@@ -31,8 +31,6 @@ SPARSE = 0.2
 """Of keypoints alone so many of the frames must be there: a stray file is not a day of frames."""
 IRREGULAR = 0.3
 """Times that lie farther beside whole frames, as a share of one, are of no steady rate."""
-REPEATS = 10
-"""So many frames in a row that hold the same points were not looked at one by one."""
 OFTEN_SEEN = 0.5
 """An arm whose elbow and wrist are in so many of the frames is followed by them."""
 _ARMS = [KEYPOINTS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("elbow", "wrist")]
@@ -143,33 +141,5 @@ def _frames(keypoints: Keypoints, info: VideoInfo) -> NDArray[np.int64]:
 
 def of_video(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[Keypoints, tuple[str, ...]]:
     """Those of a video that were not held; a word on those that were, and where they are of a part of it."""
-    kept, said = without_repeats(path, keypoints)
+    kept, said = as_seen(path, keypoints)
     return kept, (*uncovered(path, kept, info), *said)
-
-
-def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:
-    """The same without rows that repeat the row before to the last digit, again and again; and a word on them.
-
-    Whole pixels may stay the same where somebody stands still.
-    """
-    rows = keypoints.points.reshape(len(keypoints.points), -1)
-    is_seen = np.asarray(np.isfinite(rows).any(axis=1))
-    same = np.zeros(len(rows), dtype=bool)
-    same[1:] = ((rows[1:] == rows[:-1]) | (np.isnan(rows[1:]) & np.isnan(rows[:-1]))).all(axis=1) & is_seen[1:]
-    places = keypoints.points[..., :2]
-    if not same.any() or bool(np.all(places[np.isfinite(places)] == np.rint(places[np.isfinite(places)]))):
-        return keypoints, ()
-    starts = np.flatnonzero(same & ~np.concatenate([[False], same[:-1]]))
-    ends = np.flatnonzero(same & ~np.concatenate([same[1:], [False]]))
-    long = [(a, b) for a, b in zip(starts, ends, strict=True) if b - a + 1 >= REPEATS]
-    if not long:
-        return keypoints, ()
-    points = keypoints.points.copy()
-    for a, b in long:
-        points[a : b + 1] = np.nan
-    a, b = max(long, key=lambda run: run[1] - run[0])
-    words = (
-        f"{path}: in {sum(b - a + 1 for a, b in long)} frames the keypoints repeat those of the frame before to the "
-        f"last digit, longest in frames {keypoints.frames[a]} to {keypoints.frames[b]}: held, not seen, and left out"
-    )
-    return dataclasses.replace(keypoints, points=points), (words,)
