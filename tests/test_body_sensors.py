@@ -48,9 +48,10 @@ def on_the_upper_arm(imu: Imu) -> Imu:
 
 
 def said_of(recording: pt.BodyRecording, which: int, spoilt: Spoilt) -> list[str]:
+    method = pt.BodySmooth() if recording.view.keypoints is None else pt.BodyMixture()
     imus = tuple(spoilt(imu) if k == which else imu for k, imu in enumerate(recording.imus))
     sds = recording.imu_sds_rad[: len(imus)]
-    track = pt.track(dataclasses.replace(recording, imus=imus, imu_sds_rad=sds), pt.BodyMixture())
+    track = pt.track(dataclasses.replace(recording, imus=imus, imu_sds_rad=sds), method)
     assert isinstance(track, BodyTrack)
     return [words for words in track.doubts if "imu[" in words]
 
@@ -88,6 +89,24 @@ def test_sensors_that_are_right_are_not_doubted(sensed: Path, tmp_path: Path) ->
         assert said_of(recording, -1, heading(0.0)) == []
     recording = pt.load(sensed)
     assert isinstance(recording, pt.BodyRecording)
+    assert said_of(recording, -1, heading(0.0)) == []
+
+
+def test_pictures_tell_of_sensors_where_there_are_no_keypoints(sensed: Path) -> None:
+    """Less well: a heading 90° off, a clock a second off; and nothing of right ones."""
+    recording = pt.load(sensed)
+    assert isinstance(recording, pt.BodyRecording)
+    recording = dataclasses.replace(
+        recording, view=dataclasses.replace(recording.view, keypoints=None), imus=recording.imus[:2]
+    )
+    for which, spoilt, words in (
+        (0, heading(90.0), r"heading_deg turned by -(70|75|80|85|90|95|100|105|110)"),
+        (1, clock(1.0), r"offset_s greater by -1.00"),
+    ):
+        (told,) = said_of(recording, which, spoilt)
+        assert f"imu[{which}]" in told
+        assert "beside where the pictures alone have it" in told
+        assert re.search(words, told), told
     assert said_of(recording, -1, heading(0.0)) == []
 
 

@@ -1,7 +1,8 @@
-"""Whether sensors on a body's arms point where keypoints have those arms, all the way and not in the first frame only.
+"""Whether sensors on a body's arms point where those arms are seen, all the way and not in the first frame only.
 
-What a sensor says of a segment gives the way in the picture from its near joint to its far one; a detector's keypoints
-of both show the same. A heading or a clock that is off puts one beside the other, another heading or clock does not.
+What a sensor says of a segment gives the way in the picture from its near joint to its far one. A detector's keypoints
+of both show the same or, less well, the pictures tracked without sensors. A heading or a clock that is off puts one
+beside the other, another heading or clock does not.
 """
 
 from __future__ import annotations
@@ -11,10 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker._core import KEYPOINTS
+from pytracker._core import KEYPOINTS, TrackingError
+from pytracker.methods.body import Partitioned
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, rotate
-from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.body import BodyTrack, track_body
 from pytracker.tracking.tracks import where_of
 
 __all__ = ["of_sensors"]
@@ -37,13 +39,28 @@ HOLDS_S = 0.1
 MOST_M = 0.2
 """A joint that is farther off is somewhere else altogether."""
 
-NEARER_M = 0.015
-"""Another heading or clock may put the far joint so much nearer to its keypoint; of right ones none does by 1.2 cm."""
 ALIKE_M = 0.005
 """One thing that is wrong is told in place of two, or of one that drifts, that explain so little more."""
-BESIDE_M = 0.12
-"""Right ones have their far joint 7.4 cm beside its keypoint at most, on average."""
 _ENDS = {"forearm": ("elbow", "wrist"), "upper_arm": ("shoulder", "elbow")}
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """Where joints are seen by what is no sensor.
+
+    Attributes:
+        pixels: of `KEYPOINTS` `(T, 9, 2)`; NaN where not seen.
+        where: what has a joint there, in words.
+        nearer_m: another heading or clock may put a far joint so much nearer to it.
+        beside_m: so far right ones may lie beside it, on average.
+        tells_drift: whether it is asked what of thirds of the recording is off.
+    """
+
+    pixels: Array
+    where: str
+    nearer_m: float
+    beside_m: float
+    tells_drift: bool
 
 
 @dataclass(frozen=True)
@@ -102,46 +119,80 @@ def _mean(off: Array, told: NDArray[np.bool_]) -> Array:
 
 def of_sensors(track: BodyTrack) -> tuple[str, ...]:
     """A warning, in words, for each sensor that does not."""
-    if not len(track.points):
+    seen = _seen(track) if track.recording.imus else None
+    if seen is None:
         return ()
-    said = (_of_sensor(track, number, imu) for number, imu in enumerate(track.recording.imus))
+    said = (_of_sensor(track, seen, number, imu) for number, imu in enumerate(track.recording.imus))
     return tuple(f"{where_of(track.recording)}: {words}" for words in said if words)
 
 
-def _of_sensor(track: BodyTrack, number: int, imu: Imu) -> str:
-    way = _way(track, imu.segment).covered(imu)
+def _seen(track: BodyTrack) -> _Seen | None:
+    """By keypoints, else by the pictures; None where there is neither."""
+    if track.recording.view.keypoints is not None:
+        return _by_keypoints(track.points) if len(track.points) else None
+    return _by_pictures(track) if track.recording.has_picture else None
+
+
+def _by_keypoints(points: Array) -> _Seen:
+    """Of right sensors, to 5° off, another set-up is 1.2 cm nearer at most, and joints are 7.4 cm beside keypoints."""
+    return _Seen(pixels=points[..., :2], where="its keypoint", nearer_m=0.015, beside_m=0.12, tells_drift=True)
+
+
+def _by_pictures(track: BodyTrack) -> _Seen | None:
+    """Tracked again, without sensors; None where that is lost. Of right ones it is 5.6 cm nearer, and 14 cm beside."""
+    recording = replace(track.recording, imus=(), imu_sds_rad=())
+    try:
+        alone = track_body(recording, Partitioned())
+    except TrackingError:
+        return None
+    pixels = np.full((len(track.time_s), len(KEYPOINTS), 2), np.nan)
+    for k, name in enumerate(KEYPOINTS):
+        if name in alone.joints:
+            rows = alone.joints[name]
+            pixels[:, k] = np.where(rows.valid[:, None], recording.view.camera.project(rows.mean), np.nan)
+    where = "where the pictures alone have it"
+    return _Seen(pixels=pixels, where=where, nearer_m=0.06, beside_m=0.16, tells_drift=False)
+
+
+def _of_sensor(track: BodyTrack, seen: _Seen, number: int, imu: Imu) -> str:
+    way = _way(track, seen, imu.segment).covered(imu)
     if len(way.time_s) < LEAST_FRAMES:
         return ""
     off_m = np.stack([way.off_m(imu, later_s) for later_s in LATER_S], axis=2)
     given_m = float(off_m[0, AS_IS[0], AS_IS[1]])
-    best_m, better = _explained(off_m)
+    best_m, better = _explained(off_m[0], off_m[1:] if seen.tells_drift else None)
     far = _ENDS[imu.segment.split("_", 1)[1]][1]
     beside = (
         f"by imu[{number}] and the {imu.segment} that is said to wear it, the {far} is {100 * given_m:.0f} cm beside "
-        "its keypoint on average"
+        f"{seen.where} on average"
     )
-    if given_m - best_m > NEARER_M and best_m <= BESIDE_M:
+    if given_m - best_m > seen.nearer_m and best_m <= seen.beside_m:
         nearer = f"{beside}, and {100 * best_m:.0f} cm with {better}"
         return f"{nearer}: check these, segment, mount and the rate of its samples"
-    if given_m > BESIDE_M:
-        return f"{beside}, expected {100 * BESIDE_M:.0f} at most: check segment, mount, heading_deg and offset_s"
+    if given_m > seen.beside_m:
+        return f"{beside}, expected {100 * seen.beside_m:.0f} at most: check segment, mount, heading_deg and offset_s"
     return ""
 
 
-def _explained(off_m: Array) -> tuple[float, str]:
-    """How near the joint comes to its keypoints, m, and by what: by more than one thing only where that is nearer."""
-    whole, thirds = off_m[0], off_m[1:]
-    turns, clocks = thirds[:, :, AS_IS[1]], thirds[:, AS_IS[0]]
+def _explained(whole: Array, thirds: Array | None) -> tuple[float, str]:
+    """How near the joint comes to where it is seen, m, and by what: by more than one thing only where that is nearer.
+
+    Of the whole by heading and clock `(H, L)`, and of its thirds `(THIRDS, H, L)`.
+    """
     turned, later = int(np.nanargmin(whole[:, AS_IS[1]])), int(np.nanargmin(whole[AS_IS[0]]))
     both = np.unravel_index(int(np.nanargmin(whole)), whole.shape)
-    drifts, runs = np.nanargmin(turns, axis=1), np.nanargmin(clocks, axis=1)
-    ways = (
+    ways = [
         (whole[turned, AS_IS[1]], _turned(turned), 0.0),
         (whole[AS_IS[0], later], _later(later), 0.0),
         (whole[both], f"{_turned(both[0])} and {_later(both[1])}", ALIKE_M),
-        (np.nanmin(turns, axis=1).mean(), f"{_turned(*drifts)} in its thirds", ALIKE_M),
-        (np.nanmin(clocks, axis=1).mean(), f"{_later(*runs)} in its thirds", ALIKE_M),
-    )
+    ]
+    if thirds is not None:
+        turns, clocks = thirds[:, :, AS_IS[1]], thirds[:, AS_IS[0]]
+        drifts, runs = np.nanargmin(turns, axis=1), np.nanargmin(clocks, axis=1)
+        ways += [
+            (np.nanmin(turns, axis=1).mean(), f"{_turned(*drifts)} in its thirds", ALIKE_M),
+            (np.nanmin(clocks, axis=1).mean(), f"{_later(*runs)} in its thirds", ALIKE_M),
+        ]
     off, words, _ = min(ways, key=lambda way: float(way[0]) + way[2])
     return float(off), words
 
@@ -154,12 +205,12 @@ def _later(*which: np.intp | int) -> str:
     return f"offset_s greater by {', '.join(f'{LATER_S[k]:+.2f}' for k in which)}"
 
 
-def _way(track: BodyTrack, segment: str) -> _Way:
+def _way(track: BodyTrack, seen: _Seen, segment: str) -> _Way:
     side, part = segment.split("_", 1)
     near, far = (f"{side}_{end}" for end in _ENDS[part])
     recording, camera = track.recording, track.recording.view.camera
     first = recording.skeleton.joints(recording.initial[None])
-    seen_px = track.points[:, KEYPOINTS.index(far), :2] - track.points[:, KEYPOINTS.index(near), :2]
+    seen_px = seen.pixels[:, KEYPOINTS.index(far)] - seen.pixels[:, KEYPOINTS.index(near)]
     from_m = track.joints[near].mean
     step = 0.05
     aside = [camera.project(from_m + step * axis) - camera.project(from_m - step * axis) for axis in np.eye(3)]
