@@ -77,6 +77,9 @@ def test_a_picture_alone_is_smoothed_as_far_as_particles_agree(sensed: Path) -> 
         apart = np.abs(smooth.joints[wrist].mean - mean)
         assert np.mean(apart < smooth.joints[wrist].sd) > 0.98
         assert np.mean(smooth.joints[wrist].sd > 0.6 * sd) > 0.95
+        # What is drawn is a pose.
+        posed = recording.skeleton.joints(smooth.poses)[wrist]
+        assert np.allclose(posed, smooth.joints[wrist].mode, atol=1e-6)
 
 
 def test_what_is_smoothed_keeps_what_particles_saw(sensed: Path) -> None:

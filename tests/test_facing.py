@@ -23,19 +23,21 @@ EXCHANGED = [KEYPOINTS.index("_".join(OTHERS.get(word, word) for word in name.sp
 CAMERA = WeakPerspective(affine=((100.0, 0.0, 0.0, 160.0), (0.0, -100.0, 0.0, 240.0)))
 
 
-def seen(left_x: float, face: bool, frames: int = 3) -> float:
+UPSIDE_DOWN = WeakPerspective(affine=((-100.0, 0.0, 0.0, 160.0), (0.0, 100.0, 0.0, -60.0)))
+
+
+def seen(left_x: float, face: bool, camera: WeakPerspective = CAMERA) -> float:
     """Of a head at (160, 90) px between shoulders, the left one at `left_x` m."""
     joints = {
         "left_shoulder": [left_x, 1.3, 0],
         "right_shoulder": [-left_x, 1.3, 0],
         "head": [0, 1.5, 0],
-        "root": [0, 1, 0],
     }
     skin = np.zeros((480, 320), np.uint8)
     skin[80:101, 150:171] = 255 * face
-    facing = FaceSeen(CAMERA)
+    facing = FaceSeen(camera)
     evidence: Any = SimpleNamespace(skin=skin)
-    for _ in range(frames):
+    for _ in range(3):
         facing.look({name: np.array(at, float) for name, at in joints.items()}, evidence)
     return facing.on_back
 
@@ -44,7 +46,16 @@ def test_a_face_on_a_back() -> None:
     assert seen(-0.17, face=True) == 1.0
     assert seen(-0.17, face=False) == 0.0
     assert seen(0.17, face=True) == 0.0
-    assert seen(-0.03, face=True) == 0.0, "from the side either shoulder may be the left one"
+    assert seen(0.17, face=True, camera=UPSIDE_DOWN) == 0.0
+    assert seen(-0.17, face=True, camera=UPSIDE_DOWN) == 1.0
+
+
+def test_from_the_side_either_shoulder_may_be_the_left_one() -> None:
+    turned = {"left_shoulder": [-0.03, 1.3, 0.16], "right_shoulder": [0.03, 1.3, -0.16], "head": [0, 1.5, 0]}
+    facing = FaceSeen(CAMERA)
+    evidence: Any = SimpleNamespace(skin=np.full((480, 320), 255, np.uint8))
+    facing.look({name: np.array(at, float) for name, at in turned.items()}, evidence)
+    assert facing.on_back == 0.0
 
 
 def test_exchanged_sides_of_a_person_are_told(shared: Callable[[str], Path], tmp_path: Path) -> None:

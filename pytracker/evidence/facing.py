@@ -15,8 +15,8 @@ __all__ = ["FaceSeen"]
 
 FACE_M = 0.06
 """Half as wide as a face."""
-BEHIND_M = 0.1
-"""The left shoulder is so far left of the right one of who is seen from behind; else they are seen from the side."""
+BEHIND = 0.3
+"""Cosine between the viewing ray and where who is seen from behind looks; from the side it is less."""
 LEAST_SEEN = 0.5
 """In fewer of the frames nobody is seen from behind."""
 
@@ -30,12 +30,14 @@ class FaceSeen:
 
     def look(self, joints: Mapping[str, Array], evidence: BodyEvidence) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and what it shows."""
-        left, right, head = self._camera.project(
-            np.stack([joints[name] for name in ("left_shoulder", "right_shoulder", "head")])
-        )
-        px_per_m = float(self._camera.px_per_m(joints["head"][None])[0])
-        is_behind = right[0] - left[0] > BEHIND_M * px_per_m
-        self._skin.append(_share(evidence.skin, head, FACE_M * px_per_m) if is_behind else np.nan)
+        left, right, head = (joints[name] for name in ("left_shoulder", "right_shoulder", "head"))
+        ahead = np.cross(left - right, head - 0.5 * (left + right))
+        away = self._camera.viewing_directions(head[None])[0]
+        if ahead @ away <= BEHIND * np.linalg.norm(ahead):
+            self._skin.append(np.nan)
+            return
+        radius_px = FACE_M * float(self._camera.px_per_m(head[None])[0])
+        self._skin.append(_share(evidence.skin, self._camera.project(head[None])[0], radius_px))
 
     @property
     def on_back(self) -> float:

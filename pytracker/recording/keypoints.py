@@ -140,6 +140,6 @@ def _frames(keypoints: Keypoints, info: VideoInfo) -> NDArray[np.int64]:
 
 
 def of_video(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[Keypoints, tuple[str, ...]]:
-    """Those of a video that were not held; a word on those that were, and where they are of a part of it."""
+    """Those of a video that were seen; a word on those that were not, and where they are of a part of it."""
     kept, said = as_seen(path, keypoints)
     return kept, (*uncovered(path, kept, info), *said)

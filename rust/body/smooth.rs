@@ -104,7 +104,11 @@ impl Recorded<'_> {
             if let Some(of) = &of.outlined {
                 // Between particles there is no pose: the mean of their joints is none of a pose's.
                 let each = alone.places.iter().zip(&of.places);
-                both.places = each.map(|(a, b)| Point::together(&[(1.0 - share, a), (share, b)])).collect();
+                let together = |(a, b): (&Point, &Point)| Point {
+                    mode: a.mode,
+                    ..Point::together(&[(1.0 - share, a), (share, b)])
+                };
+                both.places = each.map(together).collect();
             }
             [alone, both]
         };

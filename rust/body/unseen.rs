@@ -37,7 +37,7 @@ const DRAWS: u64 = 0x756e_7365_656e;
 const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
 
 /// From what a body is known at a frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
     /// How long after the first frame, s.
     pub since_s: f64,
