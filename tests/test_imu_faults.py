@@ -13,6 +13,7 @@ from test_imu_agreement import waving
 import pytracker as pt
 from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_checks import check
+from pytracker.formats.imu_filled import without_filled
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate import ArmSimulation
@@ -283,3 +284,81 @@ def test_a_range_that_is_too_small_is_said(tmp_path: Path, columns: slice, end: 
     assert expected in said
     assert "stands at" in said
     assert "what was beyond it is lost" in said
+
+
+FILLED = slice(700, 750)
+
+
+def filled(arm: Array, digits: int) -> Array:
+    """Half a second of every reading on a straight line from the sample before to the one after."""
+    table, first, last = arm.copy(), FILLED.start - 1, FILLED.stop
+    share = np.linspace(0.0, 1.0, last - first + 1)[:, None]
+    table[first : last + 1, 1:] = (1.0 - share) * arm[first, 1:] + share * arm[last, 1:]
+    table[:, QUATERNION] /= np.linalg.norm(table[:, QUATERNION], axis=1, keepdims=True)
+    return table.round(digits)
+
+
+def held(arm: Array, columns: slice) -> Array:
+    """Half a second that repeats the sample before."""
+    table = arm.copy()
+    table[FILLED, columns] = arm[FILLED.start - 1, columns]
+    return table
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda arm: filled(arm, 9), "readings of 50 samples lie on straight lines"),
+        (lambda arm: filled(arm, 4), "readings of 50 samples lie on straight lines"),
+        (lambda arm: held(arm, slice(1, 11)), "readings of 50 samples lie on straight lines"),
+        (lambda arm: held(arm, QUATERNION), "orientations of 50 samples stay the same while the sensor moves"),
+    ],
+)
+def test_what_was_filled_in_or_hangs_is_a_gap_and_said(
+    tmp_path: Path, arm: Array, spoil: Callable[[Array], Array], words: str
+) -> None:
+    said = told(tmp_path, spoil(arm))
+    assert f"imu.csv:702: {words}" in said
+    assert "longest for 0.490 s, to line 751" in said
+    log = load(tmp_path / "imu.csv")
+    assert np.allclose(log.time_s, np.delete(arm[:, 0], FILLED))
+
+
+def resampled(arm: Array, times: int) -> Array:
+    """The same with samples between its own, on straight lines."""
+    time_s = np.linspace(arm[0, 0], arm[-1, 0], times * (len(arm) - 1) + 1)
+    table = np.column_stack([time_s, *(np.interp(time_s, arm[:, 0], column) for column in arm.T[1:])])
+    table[:, QUATERNION] /= np.linalg.norm(table[:, QUATERNION], axis=1, keepdims=True)
+    return table
+
+
+@pytest.mark.parametrize(
+    "usual",
+    [
+        lambda arm: np.column_stack(
+            [arm[:, 0], arm[:, ACC].round(1), arm[:, GYR].round(2), arm[:, QUATERNION].round(3)]
+        ),
+        lambda arm: resampled(arm, 2),
+        lambda arm: resampled(arm, 12),
+        lambda arm: np.column_stack([arm[:, 0], arm[np.arange(len(arm)) // 5 * 5, 1:]]),
+        lambda arm: np.column_stack([arm[:, :7], arm[np.arange(len(arm)) // 10 * 10, 7:]]),
+    ],
+)
+def test_coarse_digits_and_slow_sensors_are_no_gap(arm: Array, usual: Callable[[Array], Array]) -> None:
+    table = usual(arm)
+    log = ImuLog(
+        Path("imu.csv"), np.arange(len(table)), table[:, 0], table[:, ACC], table[:, GYR], None, table[:, QUATERNION]
+    )
+    assert without_filled(log) is log
+
+
+def test_a_sensor_that_lies_still_is_no_gap(arm: Array) -> None:
+    """Its orientation may stay the same to the last digit, and its readings do tremble."""
+    table = arm.copy()
+    noise = np.random.default_rng(0).normal(0.0, [0.02] * 3 + [0.002] * 3, (400, 6))
+    table[800:1200, 1:7] = np.concatenate([arm[800, ACC], [0.0, 0.0, 0.0]]) + noise
+    table[800:1200, QUATERNION] = arm[800, QUATERNION]
+    log = ImuLog(
+        Path("imu.csv"), np.arange(len(table)), table[:, 0], table[:, ACC], table[:, GYR], None, table[:, QUATERNION]
+    )
+    assert without_filled(log) is log

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,3 +39,19 @@ class ImuLog:
     q_world_sensor: Float | None = None
     rate_hz: float | None = None
     warnings: tuple[str, ...] = ()
+
+    def kept(self, which: NDArray[np.bool_]) -> ImuLog:
+        """The samples that are `which` `(M,)`."""
+
+        def of(values: Float | None) -> Float | None:
+            return None if values is None else values[which]
+
+        return dataclasses.replace(
+            self,
+            lines=self.lines[which],
+            time_s=self.time_s[which],
+            acc=of(self.acc),
+            gyr=of(self.gyr),
+            mag=of(self.mag),
+            q_world_sensor=of(self.q_world_sensor),
+        )

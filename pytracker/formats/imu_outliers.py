@@ -55,18 +55,8 @@ def without_outliers(log: ImuLog) -> ImuLog:
         if first.endswith(DEGREES):  # the orientation, or gravity, tells more
             return log
         raise InputError(f"{first} ({count} of {len(bad)} samples)")
-    kept = ~bad
     warning = f"{first}; {count} of {len(bad)} samples are such and are left out"
-    return dataclasses.replace(
-        log,
-        lines=log.lines[kept],
-        time_s=log.time_s[kept],
-        acc=None if log.acc is None else log.acc[kept],
-        gyr=None if log.gyr is None else log.gyr[kept],
-        mag=None if log.mag is None else log.mag[kept],
-        q_world_sensor=None if log.q_world_sensor is None else log.q_world_sensor[kept],
-        warnings=(*log.warnings, warning),
-    )
+    return dataclasses.replace(log.kept(~bad), warnings=(*log.warnings, warning))
 
 
 def _no_numbers(log: ImuLog) -> tuple[NDArray[np.bool_], str]:

@@ -1,0 +1,107 @@
+"""Samples that no sensor measured: readings filled in by straight lines or held, and an orientation that hangs.
+
+A sensor trembles: none of its readings goes straight on, to the last digit, for long. A filled gap that is believed
+looks like an arm that moved evenly; left out it is a gap, over which bands open.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.formats.imu_log import ImuLog
+
+__all__ = ["without_filled"]
+
+Float = NDArray[np.float64]
+
+RUN, RUN_S = 10, 0.1
+"""So many samples in a row, for so long, lie on a straight line only where nothing was measured."""
+HANGS_S = 0.3
+"""An orientation that stays the same for so long while the sensor moves hangs; some are written more slowly, s."""
+STRAIGHT = {"acc": 0.002, "gyr": 0.0005}
+"""What lies on a line is no farther off it than this (m/s², rad/s), or than digits that are rounded."""
+TREMBLE = 10.0
+"""Other readings are usually so many times farther off it: else straightness tells nothing."""
+MOVES = {"acc": 0.5, "gyr": 0.25}
+"""Readings of a sensor that moves vary by so much (m/s², rad/s, standard deviation)."""
+COARSE = 0.005
+"""An orientation of coarser digits may stay the same."""
+MOST_SHARE = 0.5
+"""Where more than this share of the samples is such, the file is of another kind, and nothing is left out here."""
+
+
+def without_filled(log: ImuLog) -> ImuLog:
+    """The log without samples that nobody measured, each cause with a warning."""
+    for found, what, words in (
+        (_on_lines(log), "readings", "lie on straight lines, to the last digit: filled in or held, not measured"),
+        (_hanging(log), "orientations", "stay the same while the sensor moves: they hang"),
+    ):
+        runs = _runs(found)
+        if not runs or found.mean() > MOST_SHARE:
+            continue
+        a, b = max(runs, key=lambda run: log.time_s[run[1]] - log.time_s[run[0]])
+        warning = (
+            f"{log.path}:{log.lines[a]}: {what} of {int(found.sum())} samples {words}, and are left out as a "
+            f"gap; longest for {log.time_s[b] - log.time_s[a]:.3f} s, to line {log.lines[b]}"
+        )
+        log = dataclasses.replace(log.kept(~found), warnings=(*log.warnings, warning))
+    return log
+
+
+def _on_lines(log: ImuLog) -> NDArray[np.bool_]:
+    """Which samples lie between their neighbours in every reading, for long, or are the same as before `(M,)`."""
+    found = np.zeros(len(log.time_s), dtype=bool)
+    if len(found) < RUN + 2:
+        return found
+    step = np.diff(log.time_s)
+    share = (step[1:] / (step[1:] + step[:-1]))[:, None]
+    straight, held = np.ones(len(found) - 2, dtype=bool), np.ones(len(found), dtype=bool)
+    for name, least in STRAIGHT.items():
+        values = getattr(log, name)
+        if values is None:
+            continue
+        off = np.abs(values[1:-1] - share * values[:-2] - (1 - share) * values[2:]).max(axis=1)
+        most = max(least, 1.01 * _last_digit(values))
+        if np.median(off) < TREMBLE * most:
+            return found
+        straight &= off <= most
+        held[1:] &= np.all(values[1:] == values[:-1], axis=1)
+    for a, b in _long(straight, log.time_s[1:-1], RUN_S):
+        # The last of what is held has its end elsewhere.
+        found[a + 1 : b + 2 + held[b + 2]] = True
+    return found
+
+
+def _hanging(log: ImuLog) -> NDArray[np.bool_]:
+    """Which samples have the orientation of the one before though the sensor moves `(M,)`."""
+    found = np.zeros(len(log.time_s), dtype=bool)
+    q = log.q_world_sensor
+    if q is None or _last_digit(q) > COARSE:
+        return found
+    same = np.concatenate([[False], np.all(q[1:] == q[:-1], axis=1)])
+    for a, b in _long(same, log.time_s, HANGS_S):
+        spreads = ((getattr(log, name), least) for name, least in MOVES.items())
+        found[a : b + 1] = any(
+            values is not None and values[a : b + 1].std(axis=0).max() > least for values, least in spreads
+        )
+    return found
+
+
+def _runs(is_so: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First and last of every run of what is so."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_so, [False]])))
+    return [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]
+
+
+def _long(is_so: NDArray[np.bool_], time_s: Float, least_s: float) -> list[tuple[int, int]]:
+    """Those that are long."""
+    return [(a, b) for a, b in _runs(is_so) if b - a + 1 >= RUN and time_s[b] - time_s[a] >= 0.99 * least_s]
+
+
+def _last_digit(values: Float) -> float:
+    """What all numbers are multiples of: a power of ten, 0 where none down to a hundred-thousandth is it."""
+    units = (1.0, 0.1, 0.01, 0.001, 0.0001, 0.00001)
+    return next((unit for unit in units if np.allclose(values / unit, np.rint(values / unit), rtol=0, atol=1e-3)), 0.0)
