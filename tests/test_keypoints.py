@@ -176,7 +176,9 @@ def write(path: Path, text: str) -> Path:
         (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\n1"), "a.csv:2: row has 1 cells, expected 2"),
         (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\n1,b"), "a.csv:2: a keypoint is 'b'"),
         (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\n,"), "has a header but no rows"),
-        (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\nnan,1"), "no joint is seen in any of 1 rows"),
+        (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\nnan,1"), "no joint is seen in any of 1 frames"),
+        (lambda p: write(p / "a.csv", "head_x,head_y,head_confidence\n5,1,0"), "every confidence is 0"),
+        (lambda p: openpose(p / "kp", [person("coco_17", 0.0)]), "every confidence is 0, .* in any of 3 frames"),
         (lambda p: write(p / "a.csv", "scorer,a\nbodyparts,b"), "has no rows of bodyparts and coords"),
     ],
 )  # fmt: skip

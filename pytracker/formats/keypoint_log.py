@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.rotation import Array
 
-__all__ = ["Keypoints", "in_range", "ours"]
+__all__ = ["Keypoints", "in_range", "ours", "require_seen"]
 
 MOST_PX = 1e6
 
@@ -60,3 +60,14 @@ def ours(person: Array, order: Sequence[str]) -> Array:
     none = ~(out[:, 2] > 0) | ((out[:, 0] == 0) & (out[:, 1] == 0)) | ~np.isfinite(out).all(axis=1)
     out[none] = np.nan
     return out
+
+
+def require_seen(path: Path, points: Array, confidences: Array) -> Array:
+    """Points `(T, ...)` of which some are there; `confidences` are those of the file.
+
+    Raises `InputError` where none is.
+    """
+    if np.isfinite(points).any():
+        return points
+    why = "no joint is seen" if np.any(confidences > 0) else "every confidence is 0, so that no joint is seen,"
+    raise InputError(f"{path}: {why} in any of {len(points)} frames, expected keypoints of a person")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoint_log import Keypoints, in_range, ours
+from pytracker.formats.keypoint_log import Keypoints, in_range, ours, require_seen
 from pytracker.formats.keypoint_models import model_of
 from pytracker.rotation import Array
 
@@ -125,4 +125,5 @@ def _ordered(path: Path, rows: dict[int, list[Array]], model: str) -> Keypoints:
     for row, frame in enumerate(frames):
         for p, person in enumerate(rows[frame][:people]):
             points[row, p] = ours(person, order)
-    return Keypoints(np.array(frames), points)
+    confidences = np.concatenate([person[:, 2] for people in rows.values() for person in people])
+    return Keypoints(np.array(frames), require_seen(path, points, confidences))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoint_log import Keypoints, in_range, ours
+from pytracker.formats.keypoint_log import Keypoints, in_range, ours, require_seen
 from pytracker.formats.keypoint_models import name_of
 from pytracker.formats.text import number, read_lines
 from pytracker.formats.trc import read_trc_pixels
@@ -156,6 +156,4 @@ def _from_columns(
         if joint in order:
             people[:, order.index(joint), ("x", "y", "confidence").index(axis)] = table[:, k]
     points = np.stack([ours(row, order) for row in people])[:, None]
-    if not np.isfinite(points).any():
-        raise InputError(f"{path}: no joint is seen in any of {len(table)} rows, expected keypoints of a person")
-    return Keypoints(np.arange(len(table)), points, is_share)
+    return Keypoints(np.arange(len(table)), require_seen(path, points, people[:, :, 2]), is_share)

@@ -190,7 +190,8 @@ def _initial(
         return _angles(folder / entry.angles, skeleton)
     if truth is None or poses is None:
         raise InputError(
-            f"{path}: has no [initial] angles and no [truth] with angles (.amc), expected one to know the first pose"
+            f"{path}: has no [initial] angles and no [truth] with angles (.amc), expected one to know the first pose: "
+            "pytracker check --write finds it from the first frame"
         )
     if entry is not None and entry.frame is not None:
         if entry.frame >= len(poses):
