@@ -225,6 +225,22 @@ def test_a_first_pose_is_found_wherever_the_world_looks(turned_deg: float, is_fr
         assert np.linalg.norm(joints[name][0] - (turn @ truth[name][0] + moved)) < 0.25, name
 
 
+@pytest.mark.parametrize("is_from_behind", [False, True])
+def test_a_first_pose_is_found_by_a_camera_that_hangs_upside_down(is_from_behind: bool) -> None:
+    rows = poses(1, lhumerus_ry=np.radians([-60.0]), rhumerus_ry=np.radians([70.0]))
+    rows[:, SKELETON.columns(("root_ry",))] = np.pi if is_from_behind else 0.0
+    points = points_of(rows)[0, 0]
+    points[:, :2] = 2.0 * np.array([320.0, 240.0]) - points[:, :2]
+    (x, y, z), (tx, ty, tz) = CAMERA.rotation, CAMERA.translation_m
+    upside_down = replace(
+        CAMERA, rotation=(triple(-np.array(x)), triple(-np.array(y)), z), translation_m=(-tx, -ty, tz)
+    )
+    pose = first_pose(SKELETON, upside_down, points)
+    assert pose.fits
+    assert pose.is_from_behind == is_from_behind
+    assert abs(abs(pose.angles["root_ry"]) - (180.0 if is_from_behind else 0.0)) < 20.0
+
+
 def in_a_turned_world(recording: BodyRecording, turned_deg: float) -> tuple[BodyRecording, Array]:
     """The same camera and person, in axes that are turned about the vertical; and the turn `(3, 3)`."""
     c, s = np.cos(np.radians(turned_deg)), np.sin(np.radians(turned_deg))

@@ -115,7 +115,7 @@ def _found(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array, 
     rms = float(np.sqrt(np.mean(beside**2)))
     distance_sd_m = distance_sd(camera, joints(best[None])[0], focal_sd)
     worst_off = names[seen[worst]], float(beside[worst] / sd)
-    return FirstPose(angles, distance_sd_m, rms, worst_off, _is_from_behind(at))
+    return FirstPose(angles, distance_sd_m, rms, worst_off, _is_from_behind(camera, at))
 
 
 def _stands(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> Array:
@@ -123,24 +123,31 @@ def _stands(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> Array:
 
     They look at the camera, or away from it where they are seen from behind.
     """
-    place = _place(camera, seen) if isinstance(camera, Camera) else np.array([0.0, HIPS_M, 0.0])
+    place = _place(camera, seen)
     turn = turn_to(camera, place)
-    if _is_from_behind(seen):
+    if _is_from_behind(camera, seen):
         turn += np.pi
     return np.array([*place, 0.0, turn, 0.0])
 
 
-def _is_from_behind(seen: dict[str, Array]) -> bool:
-    """Whether the left shoulder is seen left of the right one."""
+def _is_from_behind(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> bool:
+    """Whether the left shoulder is seen left of the right one, whichever way the camera is up."""
     left, right = (seen.get(f"{side}_shoulder") for side in ("left", "right"))
-    return left is not None and right is not None and bool(left[0] < right[0])
+    if left is None or right is None:
+        return False
+    place = _place(camera, seen)
+    hips, above = camera.project(np.stack([place, place + np.array([0.0, TRUNK_M, 0.0])]))
+    up = above - hips
+    return bool(np.dot(left - right, [-up[1], up[0]]) < 0)
 
 
-def _place(camera: Camera, seen: dict[str, Array]) -> Array:
+def _place(camera: WeakPerspective | Camera, seen: dict[str, Array]) -> Array:
     """Where the hips are, by how long the trunk is in the picture, m `(3,)`, or by how wide the shoulders are.
 
-    Raises `InputError` where neither is seen.
+    A camera without perspective sees nothing of it. Raises `InputError` where neither is seen.
     """
+    if not isinstance(camera, Camera):
+        return np.array([0.0, HIPS_M, 0.0])
     shoulders, hips = ([at for name, at in seen.items() if name.endswith(joint)] for joint in ("shoulder", "hip"))
     if shoulders and hips:
         top, bottom = np.mean(shoulders, axis=0), np.mean(hips, axis=0)
