@@ -324,6 +324,15 @@ def test_what_was_filled_in_or_hangs_is_a_gap_and_said(
     assert np.allclose(log.time_s, np.delete(arm[:, 0], FILLED))
 
 
+def test_both_are_left_out(tmp_path: Path, arm: Array) -> None:
+    table = filled(arm, 6)
+    table[1200:1300, QUATERNION] = table[1199, QUATERNION]
+    said = told(tmp_path, table)
+    assert "imu.csv:702: readings of 50 samples" in said
+    assert "imu.csv:1202: orientations of 100 samples" in said
+    assert len(load(tmp_path / "imu.csv").time_s) == len(arm) - 150
+
+
 def resampled(arm: Array, times: int) -> Array:
     """The same with samples between its own, on straight lines."""
     time_s = np.linspace(arm[0, 0], arm[-1, 0], times * (len(arm) - 1) + 1)

@@ -35,10 +35,11 @@ MOST_SHARE = 0.5
 
 def without_filled(log: ImuLog) -> ImuLog:
     """The log without samples that nobody measured, each cause with a warning."""
-    for found, what, words in (
-        (_on_lines(log), "readings", "lie on straight lines, to the last digit: filled in or held, not measured"),
-        (_hanging(log), "orientations", "stay the same while the sensor moves: they hang"),
+    for find, what, words in (
+        (_on_lines, "readings", "lie on straight lines, to the last digit: filled in or held, not measured"),
+        (_hanging, "orientations", "stay the same while the sensor moves: they hang"),
     ):
+        found = find(log)
         runs = _runs(found)
         if not runs or found.mean() > MOST_SHARE:
             continue
