@@ -21,12 +21,14 @@ RUN, RUN_S = 10, 0.1
 """So many samples in a row, for so long, lie on a straight line only where nothing was measured."""
 HANGS_S = 0.3
 """An orientation that stays the same for so long while the sensor moves hangs; some are written more slowly, s."""
-STRAIGHT = {"acc": 0.002, "gyr": 0.0005}
+STRAIGHT = {"acc": 0.002, "gyr": 0.0002}
 """What lies on a line is no farther off it than this (m/s², rad/s), or than digits that are rounded."""
 TREMBLE = 10.0
 """Other readings are usually so many times farther off it: else straightness tells nothing."""
-MOVES = {"acc": 0.5, "gyr": 0.25}
-"""Readings of a sensor that moves vary by so much (m/s², rad/s, standard deviation)."""
+TURNS_RAD, TURNS_RAD_S = 0.1, 0.1
+"""A gyroscope that goes so far at such a rate, beyond what it usually reads, turns."""
+SHAKES = 0.5
+"""An acceleration that varies by so much is that of a sensor that moves, m/s², standard deviation."""
 COARSE = 0.005
 """An orientation of coarser digits may stay the same."""
 MOST_SHARE = 0.5
@@ -84,11 +86,20 @@ def _hanging(log: ImuLog) -> NDArray[np.bool_]:
         return found
     same = np.concatenate([[False], np.all(q[1:] == q[:-1], axis=1)])
     for a, b in _long(same, log.time_s, HANGS_S):
-        spreads = ((getattr(log, name), least) for name, least in MOVES.items())
-        found[a : b + 1] = any(
-            values is not None and values[a : b + 1].std(axis=0).max() > least for values, least in spreads
-        )
+        found[a : b + 1] = _moves(log, a, b + 1)
     return found
+
+
+def _moves(log: ImuLog, a: int, b: int) -> bool:
+    """Whether the readings from sample `a` up to `b` are those of a sensor that moves."""
+    if log.acc is not None and log.acc[a:b].std(axis=0).max() > SHAKES:
+        return True
+    if log.gyr is None:
+        return False
+    rate = log.gyr[a:b] - np.median(log.gyr, axis=0)
+    turned = np.cumsum(rate[1:] * np.diff(log.time_s[a:b])[:, None], axis=0)
+    farthest = np.linalg.norm(turned, axis=1).max()
+    return bool(farthest > TURNS_RAD and np.linalg.norm(rate, axis=1).mean() > TURNS_RAD_S)
 
 
 def _runs(is_so: NDArray[np.bool_]) -> list[tuple[int, int]]:
