@@ -160,7 +160,8 @@ def write(path: Path, text: str) -> Path:
     [
         (lambda p: p / "none", "no such file or folder, expected keypoints"),
         (lambda p: p, "holds no .json file, expected one a frame"),
-        (lambda p: write(p / "a.h5", "x"), "keypoints as .h5 are not read"),
+        (lambda p: write(p / "a.h5", "x"), "a.h5: is no table of DeepLabCut's that can be read"),
+        (lambda p: write(p / "a.xml", "x"), "keypoints as .xml are not read"),
         (lambda p: write(p / "a.json", "{"), "a.json: is not JSON"),
         (lambda p: write(p / "a.json", "[" * 100000), "a.json: is not JSON"),
         (lambda p: write(p / "a.json", "3"), "is neither MMPose's nor COCO's"),

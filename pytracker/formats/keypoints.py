@@ -11,6 +11,7 @@ kept as it is: what it is worth is found from the data (`pytracker.evidence.keyp
 | `.csv` with `X_LEFT_WRIST`, ... | MediaPipe, as shares of the picture | `keypoints_table` |
 | `.csv` with `scorer`, `bodyparts`, `coords` | DeepLabCut | `keypoints_table` |
 | `.csv` with `left_wrist_x`, `left_wrist_y`[, `left_wrist_confidence`] | anybody | `keypoints_table` |
+| `.h5`, a table of pandas' | DeepLabCut | `keypoints_h5` |
 | `.trc` in pixels | Sports2D | `keypoints_table` |
 """
 
@@ -20,6 +21,7 @@ from pathlib import Path
 
 from pytracker._core import InputError
 from pytracker.formats.keypoint_log import Keypoints
+from pytracker.formats.keypoints_h5 import read_h5
 from pytracker.formats.keypoints_json import read_folder, read_json
 from pytracker.formats.keypoints_table import read_table, read_trc_keypoints
 
@@ -40,8 +42,8 @@ def read_keypoints(path: Path | str, model: str = "auto") -> Keypoints:
         return read_json(path, model)
     if suffix == ".trc":
         return read_trc_keypoints(path)
-    beside = " (deeplabcut.analyze_videos_converth5_to_csv writes one)" if path.suffix == ".h5" else ""
+    if suffix in (".h5", ".hdf5"):
+        return read_h5(path)
     raise InputError(
-        f"{path}: keypoints as {path.suffix or 'such a file'} are not read, expected a folder, .json, .csv, "
-        f".trc{beside}"
+        f"{path}: keypoints as {path.suffix or 'such a file'} are not read, expected a folder, .json, .csv, .h5, .trc"
     )

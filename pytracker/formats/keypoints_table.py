@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from pytracker.formats.text import number, read_lines
 from pytracker.formats.trc import read_trc_pixels
 from pytracker.rotation import Array
 
-__all__ = ["read_table", "read_trc_keypoints"]
+__all__ = ["of_deeplabcut", "read_table", "read_trc_keypoints"]
 
 FRAME = re.compile(r"frame([ _]?(id|index|no|nr|number))?#?")
 """A column that counts frames."""
@@ -97,17 +97,25 @@ def _deeplabcut(path: Path, lines: list[str]) -> Keypoints:
         for cells in head
         if cells[0].lower() in ("scorer", "individuals", "bodyparts", "coords")
     }
-    if "individuals" in rows:
-        raise InputError(f"{path}: has several individuals, expected DeepLabCut's table of one")
     if "bodyparts" not in rows or "coords" not in rows or len(rows["bodyparts"]) != len(rows["coords"]):
         raise InputError(f"{path}: has no rows of bodyparts and coords below scorer, expected DeepLabCut's table")
-    parts = zip(rows["bodyparts"], rows["coords"], strict=True)
+    table = _cells(path, lines, len(rows), len(rows["coords"]))
+    return of_deeplabcut(path, {name: cells[1:] for name, cells in rows.items()}, table[:, 1:])
+
+
+def of_deeplabcut(path: Path, levels: Mapping[str, Sequence[str]], table: Array) -> Keypoints:
+    """Values `(T, C)` whose columns' names are the `levels`' (bodyparts, coords). Raises `InputError`."""
+    if len(set(levels.get("individuals", ()))) > 1:
+        raise InputError(f"{path}: has several individuals, expected DeepLabCut's table of one")
+    if not {"bodyparts", "coords"} <= set(levels):
+        raise InputError(f"{path}: its columns have {', '.join(levels)}, expected bodyparts and coords")
     axes = {"x": "x", "y": "y", "likelihood": "confidence"}
+    parts = zip(levels["bodyparts"], levels["coords"], strict=True)
     named = [(k, name_of(part), axes[axis]) for k, (part, axis) in enumerate(parts) if axis in axes]
     joints = sorted({joint for _, joint, _ in named})
     if not set(joints) & set(KEYPOINTS):
         raise InputError(f"{path}: its bodyparts name no joint of ours, expected such as left_wrist")
-    return _from_columns(path, _cells(path, lines, len(rows), len(rows["coords"])), named, joints, is_share=False)
+    return _from_columns(path, table, named, joints, is_share=False)
 
 
 def _column(cell: str) -> tuple[str, str] | None:

@@ -1,0 +1,83 @@
+"""DeepLabCut's HDF5, by h5py (`pip install pytracker[deeplabcut]`): a pandas table, without pandas.
+
+One group (`df_with_missing`) holds `table`: an index and blocks of values. Which column a value is of, pandas writes as
+pickled lists of words; only such are read, no file can run anything.
+"""
+
+from __future__ import annotations
+
+import io
+import pickle
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.formats.keypoint_log import Keypoints
+from pytracker.formats.keypoints_table import of_deeplabcut
+from pytracker.rotation import Array
+
+__all__ = ["read_h5"]
+
+USUAL = "df_with_missing"
+"""What DeepLabCut calls the table."""
+UNREADABLE = (
+    *(OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError, IndexError, EOFError),
+    *(MemoryError, OverflowError, pickle.UnpicklingError),
+)
+"""What h5py and pickle raise for bytes, groups and types that are not as they should be."""
+
+
+MOST_ROWS = 10_000_000
+"""Days of frames; more is a broken file."""
+
+
+class _Words(pickle.Unpickler):
+    """Lists, tuples, words and numbers, and nothing else."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        raise pickle.UnpicklingError(f"it asks for {module}.{name}, expected words alone")
+
+
+def read_h5(path: Path) -> Keypoints:
+    """The keypoints of one individual. Raises `InputError`."""
+    try:
+        import h5py  # noqa: PLC0415 - an extra
+    except ImportError:
+        raise InputError(f"{path}: reading HDF5 needs h5py: pip install 'pytracker[deeplabcut]'") from None
+    try:
+        with h5py.File(path, "r") as file:
+            levels, table = _table(path, file)
+    except InputError:
+        raise
+    except UNREADABLE as error:
+        raise InputError(f"{path}: is no table of DeepLabCut's that can be read: {str(error)[:200]}") from None
+    return of_deeplabcut(path, levels, table)
+
+
+def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array]:
+    """Words of every column by level, and the values `(T, C)`."""
+    tables = [name for name, group in file.items() if "table" in group]
+    name = USUAL if USUAL in tables else tables[0] if len(tables) == 1 else None
+    if name is None:
+        raise InputError(
+            f"{path}: holds {', '.join(file)[:200] or 'nothing'}, expected {USUAL} as a table, as DeepLabCut writes it"
+        )
+    group = file[name]
+    rows = group["table"]
+    if len(rows) > MOST_ROWS:
+        raise InputError(f"{path}: /{name} has {len(rows)} rows, expected at most {MOST_ROWS}")
+    blocks = _words(group.attrs["values_cols"])
+    columns = [column for block in blocks for column in _words(rows.attrs[f"{block}_kind"])]
+    table = np.concatenate(
+        [np.asarray(rows[block], dtype=np.float64).reshape(len(rows), -1) for block in blocks], axis=1
+    )
+    names = _words(group.attrs["info"])[1]["names"]
+    if table.shape[1] != len(columns) or any(len(column) != len(names) for column in columns):
+        raise InputError(f"{path}: /{name} has {table.shape[1]} values a row, expected one of {len(columns)} columns")
+    return {str(level): [str(column[k]) for column in columns] for k, level in enumerate(names)}, table
+
+
+def _words(pickled: Any) -> Any:
+    return _Words(io.BytesIO(bytes(pickled))).load()
