@@ -257,6 +257,14 @@ def test_a_fault_in_a_folder_is_named(folder: Path, old: str, new: str, expected
     assert expected in str(error.value)
 
 
+def test_without_a_first_pose_it_is_said_who_finds_one(folder: Path) -> None:
+    path = folder / "recording.toml"
+    text = path.read_text("utf-8")
+    path.write_text(text[: text.index("[truth]")], "utf-8")
+    with pytest.raises(pt.InputError, match=r"has no \[initial\] angles .*: pytracker check --write finds it"):
+        pt.load(folder)
+
+
 def test_points_that_do_not_fit(folder: Path) -> None:
     path = folder / "points.csv"
     lines = path.read_text().split("\n")

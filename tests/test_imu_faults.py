@@ -333,6 +333,18 @@ def test_both_are_left_out(tmp_path: Path, arm: Array) -> None:
     assert len(load(tmp_path / "imu.csv").time_s) == len(arm) - 150
 
 
+@pytest.mark.parametrize("has_gyr", [True, False])
+def test_an_orientation_that_hangs_most_of_the_time_is_refused(arm: Array, has_gyr: bool) -> None:
+    """Without a gyroscope nothing else tells."""
+    q = arm[:, QUATERNION].copy()
+    q[100:1400] = q[100]
+    log = ImuLog(
+        Path("imu.csv"), np.arange(len(arm)), arm[:, 0], arm[:, ACC], arm[:, GYR] if has_gyr else None, None, q
+    )
+    with pytest.raises(pt.InputError, match=r"imu\.csv:101: the orientation stays the same in 1299 of 2001 samples"):
+        check(log)
+
+
 def resampled(arm: Array, times: int) -> Array:
     """The same with samples between its own, on straight lines."""
     time_s = np.linspace(arm[0, 0], arm[-1, 0], times * (len(arm) - 1) + 1)

@@ -110,6 +110,12 @@ def test_files_that_are_cut_or_hold_something_else(tmp_path: Path) -> None:
     with pytest.raises(pt.InputError, match=r"cut\.h5: is no table of DeepLabCut's that can be read"):
         read_keypoints(tmp_path / "cut.h5")
     with h5py.File(tmp_path / "other.h5", "w") as file:
-        file["acc"] = np.zeros(3)
+        file["acc"] = np.zeros((3, 2))
     with pytest.raises(pt.InputError, match=r"other\.h5: holds acc, expected df_with_missing as a table"):
         read_keypoints(tmp_path / "other.h5")
+    with h5py.File(written(tmp_path / "empty.h5"), "a") as file:
+        rows = file["df_with_missing/table"][:0]
+        del file["df_with_missing/table"]
+        file["df_with_missing/table"] = rows
+    with pytest.raises(pt.InputError, match=r"empty\.h5: /df_with_missing has 0 rows, expected one a frame"):
+        read_keypoints(tmp_path / "empty.h5")

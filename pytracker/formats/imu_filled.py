@@ -11,6 +11,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
+from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
 
 __all__ = ["without_filled"]
@@ -32,18 +33,21 @@ SHAKES = 0.5
 COARSE = 0.005
 """An orientation of coarser digits may stay the same."""
 MOST_SHARE = 0.5
-"""Where more than this share of the samples is such, the file is of another kind, and nothing is left out here."""
+"""An orientation that hangs in more than this share of the samples is none."""
 
 
 def without_filled(log: ImuLog) -> ImuLog:
-    """The log without samples that nobody measured, each cause with a warning."""
+    """The log without samples that nobody measured, each cause with a warning.
+
+    Raises `InputError` where the orientation hangs in most of them.
+    """
     for find, what, words in (
         (_on_lines, "readings", "lie on straight lines, to the last digit: filled in or held, not measured"),
         (_hanging, "orientations", "stay the same while the sensor moves: they hang"),
     ):
         found = find(log)
         runs = _runs(found)
-        if not runs or found.mean() > MOST_SHARE:
+        if not runs:
             continue
         a, b = max(runs, key=lambda run: log.time_s[run[1]] - log.time_s[run[0]])
         warning = (
@@ -87,6 +91,12 @@ def _hanging(log: ImuLog) -> NDArray[np.bool_]:
     same = np.concatenate([[False], np.all(q[1:] == q[:-1], axis=1)])
     for a, b in _long(same, log.time_s, HANGS_S):
         found[a : b + 1] = _moves(log, a, b + 1)
+    if found.mean() > MOST_SHARE:
+        raise InputError(
+            f"{log.path}:{log.lines[int(np.argmax(found))]}: the orientation stays the same in {int(found.sum())} of "
+            f"{len(found)} samples while the sensor moves, expected it to turn: does the orientation stand still, or "
+            "is it written too slowly?"
+        )
     return found
 
 

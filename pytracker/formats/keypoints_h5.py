@@ -27,8 +27,6 @@ UNREADABLE = (
     *(MemoryError, OverflowError, pickle.UnpicklingError),
 )
 """What h5py and pickle raise for bytes, groups and types that are not as they should be."""
-
-
 MOST_ROWS = 10_000_000
 """Days of frames; more is a broken file."""
 
@@ -58,7 +56,7 @@ def read_h5(path: Path) -> Keypoints:
 
 def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array]:
     """Words of every column by level, and the values `(T, C)`."""
-    tables = [name for name, group in file.items() if "table" in group]
+    tables = [name for name in file if f"{name}/table" in file]
     name = USUAL if USUAL in tables else tables[0] if len(tables) == 1 else None
     if name is None:
         raise InputError(
@@ -66,8 +64,8 @@ def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array]:
         )
     group = file[name]
     rows = group["table"]
-    if len(rows) > MOST_ROWS:
-        raise InputError(f"{path}: /{name} has {len(rows)} rows, expected at most {MOST_ROWS}")
+    if not 0 < len(rows) <= MOST_ROWS:
+        raise InputError(f"{path}: /{name} has {len(rows)} rows, expected one a frame, at most {MOST_ROWS}")
     blocks = _words(group.attrs["values_cols"])
     columns = [column for block in blocks for column in _words(rows.attrs[f"{block}_kind"])]
     table = np.concatenate(
