@@ -55,6 +55,10 @@ proptest! {
         for cue in &cues {
             let Some((residual, slope)) = linearised(&figure, cue.as_ref(), &state) else { continue };
             told += 1;
+            // Effort, a row an arm: one that hangs within a degree is held as if it hung no nearer, for a square root has no slope at nothing.
+            if residual.iter().any(|held| held.abs() < 0.015) && residual.len() == 2 {
+                continue;
+            }
             for d in 0..state.len() {
                 let at = |by: f64| {
                     let mut moved = state;

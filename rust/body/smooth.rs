@@ -2,7 +2,8 @@
 //!
 //! Not in the paper. Joints that a detector saw, or the particles where there was none, orientations of sensors, effort and the
 //! limits of joints are what the trajectory must explain, with velocities ([`super::momentum`]) between the frames. It is started
-//! from the particles' track and from the first pose held; from either limbs are mirrored ([`super::mirrored`]), and both are weighed.
+//! from the particles' track and from the first pose held; from either limbs are mirrored ([`super::mirrored`]), and both are weighed,
+//! with the ways in which limbs may as well have gone.
 //! It is averaged with what a filter says of the same frames: where a detector saw the joints a mixture ([`super::mixture`]), else
 //! the particles.
 
@@ -12,7 +13,7 @@ use super::figure::Figure;
 use super::gaussians::Posing;
 use super::joints::KEY_JOINTS;
 use super::method::BodyMethod;
-use super::mirrored::Places;
+use super::mirrored::{Other, Places};
 use super::mixture::BodyMixture;
 use super::momentum::{Momentum, Moving};
 use super::trajectory::{Body, Kept, Outlined, Pulls, Trajectory};
@@ -52,8 +53,20 @@ type Components = Vec<(f64, Gaussian)>;
 /// A way in which the recording may have been, smoothed.
 struct Branch {
     states: Vec<Gaussian>,
+    /// Of every frame, where limbs may as well be: weights against that of its state.
+    others: Vec<Components>,
     cost: f64,
     weight: f64,
+}
+
+impl Branch {
+    /// All that it says of a frame, its own state first.
+    fn parts(&self, frame: usize) -> impl Iterator<Item = (f64, &Gaussian)> {
+        let others = &self.others[frame];
+        let share = self.weight / (1.0 + others.iter().map(|(weight, _)| weight).sum::<f64>());
+        let others = others.iter().map(move |(weight, state)| (share * weight, state));
+        std::iter::once((share, &self.states[frame])).chain(others)
+    }
 }
 
 /// A recording of a body that particles have been through.
@@ -93,7 +106,7 @@ impl Recorded<'_> {
         let (branches, filtered) = self.branches(from, to)?;
         let posing = Posing { figure: self.figure, projection: self.projection, unseen: &self.method.unseen };
         let of_frame = |(frame, of): (usize, &Kept)| {
-            let ways: Vec<_> = branches.iter().map(|branch| (branch.weight, &branch.states[frame])).collect();
+            let ways: Vec<_> = branches.iter().flat_map(|branch| branch.parts(frame)).collect();
             let known = Known { since_s: of.time_s - self.frames[0].time_s, by_outlines: of.outlined.is_some() };
             let share = if known.by_outlines { BY_PARTICLES } else { FILTERED };
             let filtered = filtered[frame].iter().map(|(weight, state)| (share * weight, state));
@@ -140,7 +153,7 @@ impl Recorded<'_> {
         let starts: Vec<_> = std::iter::once(along(&few, &moving)).chain(held).collect();
         let found = successes(starts.into_par_iter().map(|start| sketch.settled(start)).collect())?;
         let alike = found.iter().map(|at| sketch.alike(at)).fold(1.0, f64::max);
-        let branch = |at| whole.branch(&few, &sketch.mirrored(at, alike), alike);
+        let branch = |at| whole.branch(&few, sketch.mirrored(at, alike), alike);
         let mut branches = successes(found.into_par_iter().map(branch).collect())?;
         branches.sort_by(|a, b| a.cost.total_cmp(&b.cost));
         let least = branches[0].cost;
@@ -187,13 +200,22 @@ impl Trajectory<'_> {
         Ok(settle(self, start, TURNS, SETTLED)?.at)
     }
 
-    /// From the states at a few of its frames; so many of those are alike.
-    fn branch(&self, few: &[Kept], at: &[DVector<f64>], alike: f64) -> Result<Branch> {
-        let found = settle(self, between(few, at, self.frames), TURNS, SETTLED)?.at;
+    /// From the states at a few of its frames, and where limbs may as well be in those; so many of them are alike.
+    fn branch(&self, few: &[Kept], (at, others): (Vec<DVector<f64>>, Vec<Other>), alike: f64) -> Result<Branch> {
+        let found = settle(self, between(few, &at, self.frames), TURNS, SETTLED)?.at;
         let states = smooth(self, found)?.states;
         let means: Vec<_> = states.iter().map(|state| state.mean.clone()).collect();
         let cost = self.implausibility(&means, alike * self.frames.len() as f64 / few.len() as f64)?;
-        Ok(Branch { states, cost, weight: 1.0 })
+        let mut of_frames: Vec<Components> = vec![Vec::new(); states.len()];
+        for Other { weight, first, states: other } in others {
+            let known = &few[first..first + other.len()];
+            let from = self.frames.partition_point(|frame| frame.time_s < known[0].time_s);
+            let to = self.frames.partition_point(|frame| frame.time_s <= known[known.len() - 1].time_s);
+            for (k, mean) in (from..to).zip(between(known, &other, &self.frames[from..to])) {
+                of_frames[k].push((weight, Gaussian { mean, covariance: states[k].covariance.clone() }));
+            }
+        }
+        Ok(Branch { states, others: of_frames, cost, weight: 1.0 })
     }
 }
 
