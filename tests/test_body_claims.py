@@ -1,4 +1,7 @@
-"""What body tracking must reach, end to end: ten seeds each, unless said. Tuned on own simulations of other seeds."""
+"""What body tracking must reach, end to end: ten seeds each, unless said. Tuned on own simulations of other seeds.
+
+Where a claim holds by far, some of the seeds are run by `make acceptance` alone.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +55,7 @@ def test_bands_in_depth_are_wide_where_the_depth_is_wrong(shared: Callable[[str]
     recording = load_body(shared("recordings/body-arm-circles"))
     assert recording.truth is not None
     found = []
-    for seed in range(1, 11):
+    for seed in range(1, 11 if IS_ACCEPTANCE else 6):
         track = pt.track(recording, pt.Partitioned(), seed)
         for joint in ("left_wrist", "right_wrist"):
             error = np.abs(track.joints[joint].mean - recording.truth.at(joint, track.time_s))[:, 2]
@@ -94,8 +97,8 @@ def test_islands_say_more_of_the_depth_than_one(clips: list[pt.BodyRecording]) -
 
 def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) -> None:
     recording = load_body(shared("recordings/body-balance"))
-    freed = pt.Partitioned(free=(*UPPER_BODY, *BACK))
-    assert average_m(recording, freed, range(1, 11)) < average_m(recording, pt.Partitioned(), range(1, 11))
+    freed, seeds = pt.Partitioned(free=(*UPPER_BODY, *BACK)), range(1, 11 if IS_ACCEPTANCE else 5)
+    assert average_m(recording, freed, seeds) < average_m(recording, pt.Partitioned(), seeds)
 
 
 @pytest.fixture(scope="module")
