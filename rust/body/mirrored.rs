@@ -36,7 +36,7 @@ const RELAXED_TURNS: usize = 3;
 const ABOUT: f64 = 0.1;
 /// By how much minus twice the log posterior must fall: what is as likely either way stays as it is.
 const GAIN: f64 = 1.0;
-/// How often all is tried.
+/// How often what explains more may take the place of what is there.
 const SWEEPS: usize = 6;
 /// A stretch mirrored that explains as much weighs so much against what is there; what it explains less is divided by how many frames'
 /// errors are alike once more. On clips of people and on captured exercises, where some 20 are, it was nearer to the truth in 30 to
@@ -95,7 +95,7 @@ impl Trajectory<'_> {
     /// `at` with limbs mirrored wherever that explains more, so many frames' errors being alike; and where they may as well be.
     pub(super) fn mirrored(&self, mut at: Vec<DVector<f64>>, alike: f64) -> (Vec<DVector<f64>>, Vec<Other>) {
         let (mut changed, mut others) = (vec![[0, at.len()]], Vec::<Tried>::new());
-        for _ in 0..SWEEPS {
+        for sweep in 0..=SWEEPS {
             let places: Vec<Places> = at.iter().map(|state| self.places(state)).collect();
             let mut candidates = self.candidates(&places);
             // Where nothing has changed it has been tried.
@@ -107,8 +107,8 @@ impl Trajectory<'_> {
             changed.clear();
             for tried in tried {
                 let frames = tried.frames();
-                // Others that overlap it were tried against what it replaces.
-                if tried.gain > GAIN && !overlaps(&frames, &changed) {
+                // Others that overlap it were tried against what it replaces. The last sweep is for what else may be.
+                if sweep < SWEEPS && tried.gain > GAIN && !overlaps(&frames, &changed) {
                     changed.push(frames);
                     at.splice(frames[0]..frames[1], tried.states);
                 } else {
@@ -122,7 +122,6 @@ impl Trajectory<'_> {
                 at = relaxed.at;
             }
         }
-        others.retain(|other| !overlaps(&other.frames(), &changed));
         (at, others.into_iter().map(|one| one.other(alike)).collect())
     }
 

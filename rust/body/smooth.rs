@@ -206,17 +206,23 @@ impl Trajectory<'_> {
         let states = smooth(self, found)?.states;
         let means: Vec<_> = states.iter().map(|state| state.mean.clone()).collect();
         let cost = self.implausibility(&means, alike * self.frames.len() as f64 / few.len() as f64)?;
-        let mut of_frames: Vec<Components> = vec![Vec::new(); states.len()];
-        for Other { weight, first, states: other } in others {
-            let known = &few[first..first + other.len()];
-            let from = self.frames.partition_point(|frame| frame.time_s < known[0].time_s);
-            let to = self.frames.partition_point(|frame| frame.time_s <= known[known.len() - 1].time_s);
-            for (k, mean) in (from..to).zip(between(known, &other, &self.frames[from..to])) {
-                of_frames[k].push((weight, Gaussian { mean, covariance: states[k].covariance.clone() }));
-            }
-        }
-        Ok(Branch { states, others: of_frames, cost, weight: 1.0 })
+        let others = at_frames(others, few, self.frames, &states);
+        Ok(Branch { states, others, cost, weight: 1.0 })
     }
+}
+
+/// Other ways over stretches of a few frames, frame by frame of all, as well known as the states there.
+fn at_frames(others: Vec<Other>, few: &[Kept], frames: &[Kept], states: &[Gaussian]) -> Vec<Components> {
+    let mut found: Vec<Components> = vec![Vec::new(); frames.len()];
+    for Other { weight, first, states: other } in others {
+        let known = &few[first..first + other.len()];
+        let from = frames.partition_point(|frame| frame.time_s < known[0].time_s);
+        let to = frames.partition_point(|frame| frame.time_s <= known[known.len() - 1].time_s);
+        for (k, mean) in (from..to).zip(between(known, &other, &frames[from..to])) {
+            found[k].push((weight, Gaussian { mean, covariance: states[k].covariance.clone() }));
+        }
+    }
+    found
 }
 
 /// The first frame, and every one that follows the last taken by long enough.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// Shoulder and elbow of either arm among the points of the figure.
 const ARMS: [(Group, usize, usize); 2] = [(Group::LeftArm, 2, 4), (Group::RightArm, 3, 5)];
 
-/// An arm that is held no higher than this share of its length hangs: there the slope of a square root has no end.
+/// An arm is held so much of its length higher than it is: where it hangs the slope of a square root would have no end.
 const HANGING: f64 = 1e-4;
 
 /// How much it counts how arms are held.
@@ -73,7 +73,7 @@ impl Cue for Effort<'_> {
         for (_, shoulder, elbow) in ARMS.into_iter().filter(|(group, ..)| self.groups.contains(group)) {
             let reach = at.at(elbow) - at.at(shoulder);
             let length = reach.norm().max(1e-9);
-            let held = (2.0 * loss * (1.0 + reach.y / length).max(HANGING)).sqrt();
+            let held = (2.0 * loss * (1.0 + reach.y / length + HANGING)).sqrt();
             let rise = (at.slope(elbow).row(1) - at.slope(shoulder).row(1)).transpose() / length;
             rows.push(-held, rise * (loss / held), 1.0);
         }
