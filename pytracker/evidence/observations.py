@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import heapq
+import itertools
 import time
-from collections.abc import Iterator
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import singledispatch
 from operator import attrgetter
@@ -32,6 +34,8 @@ Evidence = TypeVar("Evidence", Sightings, Senses)
 
 AT_ONCE = 1000
 """Samples of an arm's sensor that are made together."""
+
+TIME = attrgetter("time_s")
 
 
 @singledispatch
@@ -101,21 +105,31 @@ def _(recording: ArmRecording, evidence: Sightings | Senses | None = None) -> It
             f"first IMU sample at {imu.time_s[0]:.3f} s, expected an overlap: check start_s and offset_s"
         )
     first = int(np.argmax(covered))
-    return heapq.merge(
-        _inertials(imu),
+    others = itertools.chain(
         *(_worn(worn, recording.upper_arm_sd_rad) for worn in recording.imus[1:]),
         *(_of_landmarks(landmarks, sightings.time_s, first) for landmarks in sightings.landmarks),
         Observation.patches(sightings.time_s[first:], sightings.pixels[first:], first),
-        key=attrgetter("time_s"),
     )
+    return _among(_inertials(imu), others)
 
 
-def _inertials(imu: Imu) -> Iterator[Observation]:
+def _inertials(imu: Imu) -> Iterator[list[Observation]]:
     """Every sample, in stretches that are made as they are needed."""
     for first in range(0, len(imu.time_s), AT_ONCE):
         some = slice(first, first + AT_ONCE)
         gyr = None if imu.gyr is None else imu.gyr[some]
-        yield from Observation.inertials(imu.time_s[some], imu.acc[some], imu.q_world_segment[some], gyr, first)
+        yield Observation.inertials(imu.time_s[some], imu.acc[some], imu.q_world_segment[some], gyr, first)
+
+
+def _among(stretches: Iterable[list[Observation]], others: Iterable[Observation]) -> Iterator[Observation]:
+    """All in order of time. Sorting a stretch is many times faster than merging one by one."""
+    rest, taken = sorted(others, key=TIME), 0
+    for stretch in stretches:
+        # What is as late as the last sample comes after it: with the next.
+        until = bisect_left(rest, TIME(stretch[-1]), taken, key=TIME)
+        yield from sorted(stretch + rest[taken:until], key=TIME)
+        taken = until
+    yield from rest[taken:]
 
 
 def _check_landmarks(recording: ArmRecording, sightings: Sightings) -> None:
@@ -147,7 +161,7 @@ def _check_times(what: str, time_s: Array) -> None:
 def _(recording: BodyRecording, evidence: Sightings | Senses | None = None) -> Iterator[Observation]:
     senses = _given(evidence, recording, Senses)
     worn = [_worn(imu, sd_rad) for imu, sd_rad in zip(recording.imus, recording.imu_sds_rad, strict=True)]
-    return heapq.merge(*worn, _ahead(recording, senses), key=attrgetter("time_s"))
+    return heapq.merge(*worn, _ahead(recording, senses), key=TIME)
 
 
 def _worn(imu: Imu, sd_rad: float) -> Iterator[Observation]:

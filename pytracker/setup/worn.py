@@ -8,8 +8,11 @@ patch, and the best are moved in small steps to where they explain it best.
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -119,13 +122,14 @@ def find_worn(
     sightings = _first(sightings)
     hypotheses = [(lag.offset_s, heading) for lag in lags for heading in _headings(recording, sightings, lag)]
     best: list[Worn] = []
-    for axis in axes:
-        # The best of each axis: which of them it is shows only when they have been moved to where they fit.
-        each = (weighed(recording, sightings, Worn(offset_s, heading, axis)) for offset_s, heading in hypotheses)
-        best += _best(each, FINALISTS_AN_AXIS)
-    # An axis that is given is not moved.
-    fixed = (2, 3) if len(axes) == 1 else ()
-    return tuple(_best((refined(recording, sightings, worn, fixed=fixed) for worn in best), FINALISTS))
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # the filter lets the interpreter go
+        for axis in axes:
+            # The best of each axis: which of them it is shows only when they have been moved to where they fit.
+            ways = [Worn(offset_s, heading, axis) for offset_s, heading in hypotheses]
+            best += _best(pool.map(partial(weighed, recording, sightings), ways), FINALISTS_AN_AXIS)
+        # An axis that is given is not moved.
+        fixed = (2, 3) if len(axes) == 1 else ()
+        return tuple(_best(pool.map(partial(refined, recording, sightings, fixed=fixed), best), FINALISTS))
 
 
 def _acceleration(imu: Imu) -> Array:

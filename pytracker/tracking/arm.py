@@ -103,7 +103,8 @@ def _assemble(
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (found.count - end)
     for row, doubt in enumerate(found.table["doubt"], start=first):
-        reason[row] = "; ".join(words for words in (str(doubt), reason[row]) if words)
+        if doubt:
+            reason[row] = f"{doubt}; {reason[row]}" if reason[row] else doubt
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
     for frame in np.flatnonzero(since > max(method.hold_s, 1.5 * float(np.median(np.diff(imu_time_s))))):

@@ -78,8 +78,7 @@ def follow(
     found = Followed()
     tables: list[dict[str, Any]] = []
     times: list[float] = []
-    for chunk in _chunks(observations, at_once):
-        frames = [observation for observation in chunk if observation.is_frame]
+    for chunk, frames in _chunks(observations, at_once):
         if frames and not times:
             found.first = frames[0].index or 0
         times += [frame.time_s for frame in frames]
@@ -119,15 +118,16 @@ def smoothed(tracker: Tracker, frames: int, progress: Progress | None, threads: 
     return {name: np.concatenate([table[name] for table in tables]) for name in (tables[0] if tables else ())}
 
 
-def _chunks(observations: Iterable[Observation], frames: int) -> Iterator[list[Observation]]:
-    """So many frames at a time, with what comes before each; and what comes after the last."""
+def _chunks(observations: Iterable[Observation], at_once: int) -> Iterator[tuple[list[Observation], list[Observation]]]:
+    """So many frames at a time with what comes before each, and these frames; and what comes after the last."""
     chunk: list[Observation] = []
-    count = 0
+    frames: list[Observation] = []
     for observation in observations:
         chunk.append(observation)
-        count += observation.is_frame
-        if count == frames:
-            yield chunk
-            chunk, count = [], 0
+        if observation.is_frame:
+            frames.append(observation)
+            if len(frames) == at_once:
+                yield chunk, frames
+                chunk, frames = [], []
     if chunk:
-        yield chunk
+        yield chunk, frames

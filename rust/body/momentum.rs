@@ -139,17 +139,31 @@ impl Moving {
         LinearTransition::of(transition)
     }
 
-    /// Move a Gaussian by `dt` s.
+    /// Move a Gaussian by `dt` s: as `transition` does, which mixes a channel with its own velocity alone.
     pub fn predict(&self, dt: f64, state: &mut Gaussian) {
-        let (count, noise) = (self.columns.len(), self.noise(dt));
-        let mut added = DMatrix::zeros(self.dim(), self.dim());
+        let (count, (gained, kept), noise) = (self.columns.len(), self.kept(dt), self.noise(dt));
+        let Gaussian { mean, covariance } = state;
+        for d in 0..count {
+            mean[d] += gained * mean[count + d];
+            mean[count + d] *= kept;
+        }
+        // Its rows, then its columns.
+        for mut column in covariance.column_iter_mut() {
+            for d in 0..count {
+                column[d] += gained * column[count + d];
+                column[count + d] *= kept;
+            }
+        }
+        let (mut channels, mut velocities) = covariance.columns_range_pair_mut(0..count, count..);
+        channels.zip_apply(&velocities, |channel, velocity| *channel += gained * velocity);
+        velocities *= kept;
         for (d, column) in self.columns.iter().enumerate() {
             let density = column.density.powi(2);
-            added[(d, d)] = density * noise[(0, 0)] + LEAST * LEAST;
-            (added[(d, count + d)], added[(count + d, d)]) = (density * noise[(0, 1)], density * noise[(0, 1)]);
-            added[(count + d, count + d)] = density * noise[(1, 1)] + LEAST * LEAST;
+            covariance[(d, d)] += density * noise[(0, 0)] + LEAST * LEAST;
+            covariance[(d, count + d)] += density * noise[(0, 1)];
+            covariance[(count + d, d)] += density * noise[(0, 1)];
+            covariance[(count + d, count + d)] += density * noise[(1, 1)] + LEAST * LEAST;
         }
-        state.predict(&self.transition(dt).mixed, &DVector::zeros(self.dim()), &added);
     }
 
     /// Let no channel of a Gaussian be less known than one of which nothing is.
@@ -182,6 +196,22 @@ mod tests {
 
     fn moving() -> Moving {
         Moving { columns: vec![Column { density: 2.0, first_sd: 0.1, most_sd: 1.0 }], lasts_s: 0.4 }
+    }
+
+    /// Predicting in place is the matrix of the transition, as it is carried back.
+    #[test]
+    fn predicting_is_the_transition() {
+        let column = |density| Column { density, first_sd: 0.1, most_sd: 1.0 };
+        let moving = Moving { columns: vec![column(2.0), column(0.5)], lasts_s: 0.4 };
+        let root = DMatrix::from_fn(4, 4, |r, c| (2.0 * r as f64 + 3.0 * c as f64).cos());
+        let start = Gaussian { mean: DVector::from_fn(4, |r, _| r as f64 - 1.5), covariance: &root * root.transpose() };
+        let (mut moved, mut none) = (start.clone(), start.clone());
+        none.covariance.fill(0.0);
+        moving.predict(0.2, &mut moved);
+        moving.predict(0.2, &mut none);
+        let LinearTransition { mixed, .. } = moving.transition(0.2);
+        assert!((moved.mean - &mixed * start.mean).amax() < 1e-14);
+        assert!((moved.covariance - &mixed * start.covariance * mixed.transpose() - none.covariance).amax() < 1e-14);
     }
 
     proptest! {
