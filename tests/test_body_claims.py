@@ -1,4 +1,4 @@
-"""What body tracking must reach, end to end: ten seeds each, unless said. Tuned on own simulations of other seeds.
+"""What body tracking must reach, end to end: ten seeds each, or six people. Tuned on own simulations of other seeds.
 
 Where a claim holds by far, some of the seeds are run by `make acceptance` alone.
 """
@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -18,15 +19,23 @@ import pytracker as pt
 from pytracker.methods.body import BodyMethod
 from pytracker.scores.evaluate import average_error, frames_to_recover
 from pytracker.skeleton import KEY_JOINTS, UPPER_BODY
+from pytracker.tracking import BodyTrack
 
 BACK = ("lowerback_rx", "thorax_rx", "lowerneck_rx", "upperneck_rx")
+PEOPLE = 10 if IS_ACCEPTANCE else 6
+
+
+@cache
+def tracked(recording: pt.BodyRecording, method: BodyMethod, seed: int) -> BodyTrack:
+    """Tracked once for all claims."""
+    return pt.track(recording, method, seed)
 
 
 def average_m(recording: pt.BodyRecording, method: BodyMethod, seeds: range) -> float:
     """Overall average error over the eight key joints, m; two seeds at a time."""
 
     def of_seed(seed: int) -> float:
-        return pt.evaluate(pt.track(recording, method, seed), recording.truth).average_m
+        return pt.evaluate(tracked(recording, method, seed), recording.truth).average_m
 
     with ThreadPoolExecutor(2) as pool:
         return float(np.mean(list(pool.map(of_seed, seeds))))
@@ -56,7 +65,7 @@ def test_bands_in_depth_are_wide_where_the_depth_is_wrong(shared: Callable[[str]
     assert recording.truth is not None
     found = []
     for seed in range(1, 11 if IS_ACCEPTANCE else 6):
-        track = pt.track(recording, pt.Partitioned(), seed)
+        track = tracked(recording, pt.Partitioned(), seed)
         for joint in ("left_wrist", "right_wrist"):
             error = np.abs(track.joints[joint].mean - recording.truth.at(joint, track.time_s))[:, 2]
             known = np.isfinite(error)
@@ -70,7 +79,7 @@ def test_bands_in_depth_hold_what_one_camera_does_not_see(clips: list[pt.BodyRec
     def held(method: BodyMethod) -> dict[str, float]:
         found: dict[str, list[float]] = {joint: [] for joint in KEY_JOINTS}
         for clip in clips:
-            track = pt.track(clip, method, 1)
+            track = tracked(clip, method, 1)
             assert clip.truth is not None
             for joint, places in track.joints.items():
                 truth = clip.truth.at(joint, track.time_s)[1:, 2]
@@ -85,7 +94,7 @@ def test_islands_say_more_of_the_depth_than_one(clips: list[pt.BodyRecording]) -
     def correlation(method: BodyMethod) -> float:
         found = []
         for clip in clips:
-            track = pt.track(clip, method, 1)
+            track = tracked(clip, method, 1)
             assert clip.truth is not None
             for joint in ("left_wrist", "right_wrist"):
                 error = np.abs(track.joints[joint].mean - clip.truth.at(joint, track.time_s))[:, 2]
@@ -105,7 +114,7 @@ def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) 
 def clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
     folder = tmp_path_factory.mktemp("clips")
     scene = pt.BodyScene(duration_s=4.0)
-    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, 11)]
+    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, PEOPLE + 1)]
 
 
 def test_more_particles_help_most_up_to_300(clips: list[pt.BodyRecording]) -> None:
@@ -123,14 +132,14 @@ def test_the_default_is_better_than_the_paper(clips: list[pt.BodyRecording]) -> 
 
 @pytest.fixture(scope="module")
 def hidden(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
-    """Ten people, both of whose forearms are hidden for ten frames."""
+    """People, both of whose forearms are hidden for ten frames."""
     folder, scene = tmp_path_factory.mktemp("hidden"), pt.BodyScene(duration_s=5.0, hidden=((2.0, 2.334),))
-    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, 11)]
+    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, PEOPLE + 1)]
 
 
 @pytest.mark.parametrize("method", [pt.BodyPlain(), pt.Partitioned()], ids=lambda m: m.name)
 def test_a_loss_is_survived(hidden: list[pt.BodyRecording], method: BodyMethod) -> None:
-    """Back within 1.2 times the usual error in 30 frames, in eight of ten seeds."""
+    """Back within 1.2 times the usual error in 30 frames, in eight of ten."""
     recovered = 0
     for seed, recording in enumerate(hidden, 1):
         assert recording.truth is not None
@@ -138,4 +147,4 @@ def test_a_loss_is_survived(hidden: list[pt.BodyRecording], method: BodyMethod) 
         usual = float(np.nanmean(np.concatenate([error[:60], error[100:]])))
         frames = frames_to_recover(error, 70, usual)
         recovered += frames is not None and frames <= 30
-    assert recovered >= 8
+    assert recovered >= 0.8 * len(hidden)
