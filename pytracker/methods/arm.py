@@ -134,7 +134,7 @@ class LayeredFromConstraint(ParticleMethod):
 
 @dataclass(frozen=True, kw_only=True)
 class Joint(ParticleMethod):
-    """Colour and the arm's length weighed together, in one layer: the best here, with defaults tuned as such.
+    """Colour and the arm's length weighed together, in one layer: the best of the particle filters.
 
     Acceleration bias and patch offset are estimated; `patch_offset=False` where the patch is known to sit on the joint.
     """

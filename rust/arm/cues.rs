@@ -123,12 +123,12 @@ mod tests {
         let some = |start_sd| Some(GaussMarkov { start_sd, density: 0.01 });
         let (bias, tilt, patch_offset) = (some(0.1), some(0.02), some(0.01));
         let setup = Setup {
-            upper_arm_sd: 0.01,
-            forearm_sd: 0.02,
-            shoulder_sd: 0.02,
-            mount_sd: 0.05,
-            turn_sd: 0.01,
-            distance_sd: 0.05,
+            upper_arm_sd_m: 0.01,
+            forearm_sd_m: 0.02,
+            shoulder_place_sd_m: 0.02,
+            mount_sd_rad: 0.05,
+            camera_turn_sd_rad: 0.01,
+            camera_distance_sd_m: 0.05,
             focal_sd: 0.02,
             cameras: 2,
         };
@@ -143,7 +143,7 @@ mod tests {
             upper_arm,
             clock,
             setup,
-            forearm_sd: 0.08,
+            forearm_sd_rad: 0.08,
             ..Noise::default()
         }
     }

@@ -149,7 +149,7 @@ impl ArmMixture {
     fn summary(&self, posed: &Posed<'_>, time_s: f64, log_evidence: Option<f64>) -> Estimate {
         let (mean, covariance) = self.state.moments();
         let wrist = self.point(|state| posed.wrist(state), 0.0);
-        let elbow = self.point(|state| posed.elbow_seen(state), posed.noise.forearm_sd * posed.arm.forearm_m);
+        let elbow = self.point(|state| posed.elbow_seen(state), posed.noise.forearm_sd_rad * posed.arm.forearm_m);
         let (state, places) = (wrist.with_state(mean, covariance), vec![wrist, elbow]);
         Estimate { time_s, state, places, ess: None, log_evidence, doubt: None, blobs: [None; 3] }
     }

@@ -150,7 +150,7 @@ impl<'a> Posed<'a> {
     /// Covariance of an elbow whose forearm lies beside the sensor's axis, `(3, 3)` m².
     pub(super) fn beside_forearm(&self) -> Matrix3<f64> {
         let along = self.forearm.normalize();
-        (Matrix3::identity() - along * along.transpose()) * (self.noise.forearm_sd * self.arm.forearm_m).powi(2)
+        (Matrix3::identity() - along * along.transpose()) * (self.noise.forearm_sd_rad * self.arm.forearm_m).powi(2)
     }
 
     /// Where a camera sees a place, with its slopes by the place `(2, 3)` and by the state `(2, D)`.

@@ -24,17 +24,17 @@ pub const MOST_CAMERAS: usize = 8;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Setup {
     /// Upper arm, m.
-    pub upper_arm_sd: f64,
+    pub upper_arm_sd_m: f64,
     /// Forearm, m.
-    pub forearm_sd: f64,
+    pub forearm_sd_m: f64,
     /// Place about which the shoulder moves, m per axis.
-    pub shoulder_sd: f64,
+    pub shoulder_place_sd_m: f64,
     /// Turn of the forearm beside the sensor, rad per axis.
-    pub mount_sd: f64,
+    pub mount_sd_rad: f64,
     /// Turn of a camera, rad per axis.
-    pub turn_sd: f64,
+    pub camera_turn_sd_rad: f64,
     /// Its distance, m.
-    pub distance_sd: f64,
+    pub camera_distance_sd_m: f64,
     /// Its focal length, as a share of it.
     pub focal_sd: f64,
     /// How many cameras.
@@ -48,12 +48,12 @@ impl Setup {
     /// [`crate::Error::Parameter`] naming the first that is out of range.
     pub fn check(&self) -> Result<()> {
         for (name, sd) in [
-            ("upper_arm_sd_m", self.upper_arm_sd),
-            ("forearm_sd_m", self.forearm_sd),
-            ("shoulder_place_sd_m", self.shoulder_sd),
-            ("mount_sd_rad", self.mount_sd),
-            ("camera_turn_sd_rad", self.turn_sd),
-            ("camera_distance_sd_m", self.distance_sd),
+            ("upper_arm_sd_m", self.upper_arm_sd_m),
+            ("forearm_sd_m", self.forearm_sd_m),
+            ("shoulder_place_sd_m", self.shoulder_place_sd_m),
+            ("mount_sd_rad", self.mount_sd_rad),
+            ("camera_turn_sd_rad", self.camera_turn_sd_rad),
+            ("camera_distance_sd_m", self.camera_distance_sd_m),
             ("focal_sd", self.focal_sd),
         ] {
             require((0.0..=1.0).contains(&sd), name, sd, "0 to 1")?;
@@ -69,16 +69,16 @@ impl Setup {
     /// Its columns as processes that do not walk: offset of the first, how many, process.
     pub fn processes(&self) -> Vec<(usize, usize, GaussMarkov)> {
         let constant = |start_sd| GaussMarkov { start_sd, density: 0.0 };
-        let (upper, fore) = (constant(self.upper_arm_sd), constant(self.forearm_sd));
+        let (upper, fore) = (constant(self.upper_arm_sd_m), constant(self.forearm_sd_m));
         let arm = [
             (0, 1, upper),
             (1, 1, fore),
-            (SHOULDER, 3, constant(self.shoulder_sd)),
-            (MOUNT, 2, constant(self.mount_sd)),
+            (SHOULDER, 3, constant(self.shoulder_place_sd_m)),
+            (MOUNT, 2, constant(self.mount_sd_rad)),
         ];
         let cameras = (0..self.cameras).flat_map(|camera| {
             let first = OF_ARM + PER_CAMERA * camera;
-            let (turn, distance, focal) = (self.turn_sd, self.distance_sd, self.focal_sd);
+            let (turn, distance, focal) = (self.camera_turn_sd_rad, self.camera_distance_sd_m, self.focal_sd);
             [(first, 3, constant(turn)), (first + 3, 1, constant(distance)), (first + 4, 1, constant(focal))]
         });
         arm.into_iter().chain(cameras).collect()

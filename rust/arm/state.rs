@@ -94,7 +94,7 @@ pub struct Noise {
     /// How `accel_density` grows with what the wrist accelerates by, per m/s² (mixture only).
     pub accel_growth: f64,
     /// Direction of the forearm beside the sensor's axis: skin and strap, rad (mixture only).
-    pub forearm_sd: f64,
+    pub forearm_sd_rad: f64,
 }
 
 impl Noise {
@@ -138,7 +138,7 @@ impl Noise {
             require(zero_or_more(walk.density), "density of what is estimated", walk.density, "0 or more")?;
         }
         require(zero_or_more(self.accel_growth), "accel_growth", self.accel_growth, "0 s²/m or more")?;
-        require((0.0..=1.0).contains(&self.forearm_sd), "forearm_sd_rad", self.forearm_sd, "0 to 1 rad")?;
+        require((0.0..=1.0).contains(&self.forearm_sd_rad), "forearm_sd_rad", self.forearm_sd_rad, "0 to 1 rad")?;
         Ok(())
     }
 }
@@ -168,7 +168,7 @@ impl Default for Noise {
             upper_arm: None,
             setup: None,
             accel_growth: 0.0,
-            forearm_sd: 0.0,
+            forearm_sd_rad: 0.0,
         }
     }
 }

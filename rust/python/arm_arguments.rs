@@ -138,12 +138,12 @@ struct SmootherArgument {
 impl SmootherArgument {
     fn setup(&self) -> Setup {
         Setup {
-            upper_arm_sd: self.upper_arm_sd_m,
-            forearm_sd: self.forearm_sd_m,
-            shoulder_sd: self.shoulder_place_sd_m,
-            mount_sd: self.mount_sd_rad,
-            turn_sd: self.camera_turn_sd_rad,
-            distance_sd: self.camera_distance_sd_m,
+            upper_arm_sd_m: self.upper_arm_sd_m,
+            forearm_sd_m: self.forearm_sd_m,
+            shoulder_place_sd_m: self.shoulder_place_sd_m,
+            mount_sd_rad: self.mount_sd_rad,
+            camera_turn_sd_rad: self.camera_turn_sd_rad,
+            camera_distance_sd_m: self.camera_distance_sd_m,
             focal_sd: self.focal_sd,
             cameras: 0,
         }
@@ -163,7 +163,7 @@ impl MixtureArgument {
         let turn = GaussMarkov { start_sd: self.upper_arm_turn_sd_rad, density: self.upper_arm_turn_density };
         noise.upper_arm = worn.has_upper_arm.then_some(turn);
         noise.accel_growth = self.accel_growth;
-        noise.forearm_sd = self.forearm_sd_rad;
+        noise.forearm_sd_rad = self.forearm_sd_rad;
     }
 }
 

@@ -72,7 +72,7 @@ fn worn() -> Noise {
         landmarks: [walk(0.03, 0.005), None],
         upper_arm: walk(0.07, 0.08),
         accel_growth: 0.3,
-        forearm_sd: 0.08,
+        forearm_sd_rad: 0.08,
         ..Noise::default()
     }
 }
@@ -85,12 +85,12 @@ fn method(which: u8) -> (Noise, Method) {
     let layer = |mover, cues: &[CueName]| ArmLayer { mover, cues: cues.to_vec(), blend: Blend::PRODUCT };
     let corrections = vec![CueName::ArmLength, CueName::Rest];
     let setup = Setup {
-        upper_arm_sd: 0.01,
-        forearm_sd: 0.01,
-        shoulder_sd: 0.02,
-        mount_sd: 0.03,
-        turn_sd: 0.01,
-        distance_sd: 0.1,
+        upper_arm_sd_m: 0.01,
+        forearm_sd_m: 0.01,
+        shoulder_place_sd_m: 0.02,
+        mount_sd_rad: 0.03,
+        camera_turn_sd_rad: 0.01,
+        camera_distance_sd_m: 0.1,
         focal_sd: 0.01,
         cameras: 0,
     };

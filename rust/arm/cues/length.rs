@@ -122,6 +122,6 @@ impl Cue for UpperArmLength {
 
 /// Of the length, along the upper arm: itself, and a forearm that lies beside the sensor's axis or has turned unseen.
 fn length_sd(posed: &Posed<'_>, along: Vector3<f64>) -> f64 {
-    let turn = posed.noise.forearm_sd.hypot(TURN_RATE * posed.moment.stale_s);
+    let turn = posed.noise.forearm_sd_rad.hypot(TURN_RATE * posed.moment.stale_s);
     posed.noise.arm_length_sd_m.hypot(turn * along.cross(&posed.forearm).norm())
 }
