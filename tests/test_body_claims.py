@@ -1,4 +1,4 @@
-"""What body tracking must reach, end to end: ten seeds each, or six people. Tuned on own simulations of other seeds.
+"""What body tracking must reach, end to end: ten seeds or six people, unless said. Tuned on simulations of other seeds.
 
 Where a claim holds by far, some of the seeds are run by `make acceptance` alone.
 """
@@ -41,6 +41,7 @@ def average_m(recording: pt.BodyRecording, method: BodyMethod, seeds: range) -> 
         return float(np.mean(list(pool.map(of_seed, seeds))))
 
 
+@cache
 def load_body(folder: Path) -> pt.BodyRecording:
     recording = pt.load(folder)
     assert isinstance(recording, pt.BodyRecording)

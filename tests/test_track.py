@@ -16,6 +16,7 @@ from conftest import arm_tracker, estimated, load_arm, shown
 
 import pytracker as pt
 from pytracker.evidence import sight
+from pytracker.evidence.observations import AT_ONCE
 from pytracker.methods.arm import METHODS, ArmMethod
 from pytracker.simulate import ArmSimulation
 from pytracker.tracking import resample
@@ -375,3 +376,18 @@ def test_doubts_are_found_once(simulation: ArmSimulation, sightings: pt.Sighting
     track = pt.track(simulation.recording(), pt.Mixture(), sightings=sightings)
     assert track.doubts is track.doubts
     assert track.doubts == pt.doubts(track)
+
+
+def test_a_sample_comes_before_the_frame_of_its_time() -> None:
+    """Also where one stretch of samples ends and the next begins: frames at every fourth sample, the thousandth too."""
+    recording = ArmSimulation(pt.ArmScene(duration_s=25.0), 1).recording()
+    times = recording.imus[0].time_s
+    assert len(times) > 2 * AT_ONCE
+    frame_times = times[3::4]
+    sightings = pt.Sightings.of(frame_times, np.zeros((len(frame_times), 2)))
+    found = list(recording.observations(sightings))
+    assert [o.time_s for o in found] == sorted(o.time_s for o in found)
+    assert [o.index for o in found if o.is_frame] == list(range(len(frame_times)))
+    assert [o.index for o in found if not o.is_frame] == list(range(len(times)))
+    before = [found[k - 1] for k, o in enumerate(found) if o.is_frame]
+    assert [(o.is_frame, o.time_s) for o in before] == [(False, time_s) for time_s in frame_times]
