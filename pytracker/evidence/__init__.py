@@ -4,7 +4,7 @@
 |---|---|
 | `camshift`, `sightings` | an arm's colour patch in one video, in all of them |
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
-| `silhouette`, `skin`, `thresholds` | a body's foreground, edges and skin |
+| `silhouette`, `skin`, `thresholds`, `smaller` | a body's foreground, edges and skin, in pictures as large as need be |
 | `keypoints`, `senses` | a detector's points; all that is seen of a frame |
 | `observations` | what a tracker takes, streamed in order of time |
 | `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |

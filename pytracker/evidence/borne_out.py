@@ -106,7 +106,7 @@ class BorneOut:
     ) -> None:
         """Take a frame's mean joints and their standard deviations, `(3,)` each, world, m, and what it shows.
 
-        `points` are a detector's of who is followed `(9, 3)`, px; None where there are none.
+        `points` are a detector's of who is followed `(9, 2)`, px of the evidence; None where there are none.
         """
         names = list(joints)
         places = np.stack([joints[name] for name in names])

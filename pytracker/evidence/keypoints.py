@@ -34,6 +34,7 @@ class PointsEvidence:
         blobs: none `(0, 2)`.
         skin_region: none.
         foreground_region: none.
+        shrunk: 1: of no picture.
     """
 
     keypoints: Array | None
@@ -41,6 +42,7 @@ class PointsEvidence:
     blobs: Array = field(default_factory=lambda: np.zeros((0, 2)))
     skin_region: None = None
     foreground_region: None = None
+    shrunk: int = 1
 
 
 def with_spreads(keypoints: Keypoints) -> Array:

@@ -10,6 +10,7 @@ import numpy as np
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.evidence.smaller import place_in_smaller
 from pytracker.evidence.trunk import USUAL_HZ
 from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import probe
@@ -34,16 +35,18 @@ class PointsLate:
     Args:
         keypoints: of everyone in the video, in its frames and pixels.
         rate_hz: of the video.
+        shrunk: how many times smaller its pictures are made.
     """
 
-    def __init__(self, keypoints: Keypoints, rate_hz: float) -> None:
+    def __init__(self, keypoints: Keypoints, rate_hz: float, shrunk: int = 1) -> None:
         self.late = np.unique(np.rint(LATE_S * rate_hz).astype(int))
         """How many frames late they are tried to be `(L,)`."""
-        self._frames, self._wrists = keypoints.frames, keypoints.points[:, :, _WRISTS, :2]
+        self._frames = keypoints.frames
+        self._wrists = place_in_smaller(keypoints.points[:, :, _WRISTS, :2], shrunk)
         self._off_m: list[Array] = []
 
     def look(self, index: int, evidence: BodyEvidence, px_per_m: float) -> None:
-        """Take what frame `index` shows, at so many pixels a metre."""
+        """Take what frame `index` shows, at so many pixels a metre of the smaller picture."""
         if evidence.skin_region is None:
             return
         distance_px = evidence.skin_region[0]
@@ -73,8 +76,8 @@ class PointsLate:
         return (int(self.late[best]), float(gains[best])) if gains[best] > 0.0 else (0, 0.0)
 
 
-def points_late_of(view: BodyView) -> PointsLate | None:
-    """What looks whether keypoints are of the video's frames; None where there are not both."""
+def points_late_of(view: BodyView, shrunk: int) -> PointsLate | None:
+    """What looks whether keypoints are of the video's frames, made smaller; None where there are not both."""
     if view.keypoints is None or view.video is None:
         return None
-    return PointsLate(view.keypoints, probe(view.video).rate_hz or USUAL_HZ)
+    return PointsLate(view.keypoints, probe(view.video).rate_hz or USUAL_HZ, shrunk)

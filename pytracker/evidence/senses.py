@@ -6,7 +6,8 @@ import dataclasses
 
 from pytracker.evidence.complexion import gains_of_face
 from pytracker.evidence.keypoints import PointsEvidence, with_spreads
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background, read_background
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background
+from pytracker.evidence.smaller import smaller, smaller_frames, times_smaller
 from pytracker.evidence.thresholds import SilhouetteParameters
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import BodyRecording
@@ -18,10 +19,14 @@ __all__ = ["Senses", "senses_of"]
 class Senses:
     """Frame by frame, in the order of the video or not."""
 
-    def __init__(self, recording: BodyRecording, silhouette: Silhouette | None) -> None:
-        """Of a recording, whose pictures, if any, `silhouette` reads; `run_s` adds up the time of that."""
+    def __init__(self, recording: BodyRecording, silhouette: Silhouette | None, shrunk: int = 1) -> None:
+        """Of a recording, whose pictures, if any, `silhouette` reads, made so many times smaller.
+
+        `run_s` adds up the time of that.
+        """
         view = recording.view
         self.silhouette = silhouette
+        self.shrunk = shrunk
         self.run_s = 0.0
         self._keypoints: dict[int, Array] = {}
         if view.keypoints is not None:
@@ -31,7 +36,9 @@ class Senses:
     def __call__(self, frame: Frame) -> BodyEvidence:
         """What is known of it. Raises `InputError` for another size than the background's."""
         assert self.silhouette is not None
-        return dataclasses.replace(self.silhouette(frame.image), keypoints=self._keypoints.get(frame.index))
+        found = self.silhouette(smaller(frame.image, self.shrunk))
+        keypoints = self._keypoints.get(frame.index)
+        return dataclasses.replace(found, keypoints=keypoints, image=frame.image, shrunk=self.shrunk)
 
     def without_picture(self, index: int) -> PointsEvidence:
         """What is known of the frame of that number where there are keypoints alone."""
@@ -44,8 +51,10 @@ def senses_of(recording: BodyRecording) -> Senses:
     if view.video is None:
         return Senses(recording, None)
     joints = recording.skeleton.joints(recording.initial[None])
-    background = read_background(view.background) if view.background else median_background(frames(view.video))
-    px_per_m = float(view.camera.px_per_m(joints["root"])[0])
-    first, head = next(frames(view.video)).image, view.camera.project(joints["head"])[0]
+    times = times_smaller(float(view.camera.px_per_m(joints["root"])[0]))
+    camera = view.camera.of_smaller(times)
+    background = median_background(smaller_frames(frames(view.background or view.video), times))
+    px_per_m, head = float(camera.px_per_m(joints["root"])[0]), camera.project(joints["head"])[0]
+    first = smaller(next(frames(view.video)).image, times)
     parameters = SilhouetteParameters(gains=gains_of_face(first, background, head, px_per_m))
-    return Senses(recording, Silhouette(background, px_per_m, parameters))
+    return Senses(recording, Silhouette(background, px_per_m, parameters), times)

@@ -38,7 +38,7 @@ REGION_POINTS = 64
 
 @dataclass(frozen=True, eq=False)
 class BodyEvidence:
-    """What one frame shows.
+    """What one frame shows, in pixels of the picture that it was found in; keypoints are in the frame's.
 
     Attributes:
         foreground: 255 where the person is `(H, W)`.
@@ -51,7 +51,8 @@ class BodyEvidence:
         foreground_region: the same of the foreground.
         keypoints: of each person that a detector found u, v and standard deviation, px `(P, 9, 3)`, in the order of
             `pytracker._core.KEYPOINTS`; NaN where a joint was not seen.
-        image: the frame that it was seen in, `(H, W, 3)`, blue, green and red; None where there is none.
+        image: the frame that it was seen in, blue, green and red; None where there is none.
+        shrunk: how many times smaller than the frame the picture was made (`pytracker.evidence.smaller`).
     """
 
     foreground: Image
@@ -63,6 +64,7 @@ class BodyEvidence:
     foreground_region: Region | None = None
     keypoints: Array | None = None
     image: Image | None = None
+    shrunk: int = 1
 
 
 def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -69,6 +69,15 @@ class Camera:
         rays = points - self.position_m
         return np.asarray(rays / np.linalg.norm(rays, axis=1, keepdims=True))
 
+    def of_smaller(self, times: int) -> Camera:
+        """The camera of its pictures made so many times smaller; centres of pixels are at integers in both."""
+        (fx, skew, cx), (below, fy, cy), last = self.matrix
+        rows = (
+            (fx / times, skew / times, (cx + 0.5) / times - 0.5),
+            (below / times, fy / times, (cy + 0.5) / times - 0.5),
+        )
+        return replace(self, matrix=(*rows, last))
+
     def ray(self, pixel: Array) -> Array:
         """Unit vector in the world, `(3,)`, from the camera through a pixel `(2,)`."""
         normal = np.linalg.solve(np.array(self.matrix), np.array([pixel[0], pixel[1], 1.0]))[:2]
@@ -108,6 +117,11 @@ class WeakPerspective:
     def px_per_m(self, points: Array) -> Array:
         """Pixels per metre at world points `(T, 3)`: the same everywhere, `(T,)`."""
         return np.full(len(points), float(np.linalg.norm(np.array(self.affine)[:, :3], axis=1).mean()))
+
+    def of_smaller(self, times: int) -> WeakPerspective:
+        """The camera of its pictures made so many times smaller; centres of pixels are at integers in both."""
+        u, v = ((x / times, y / times, z / times, (at + 0.5) / times - 0.5) for x, y, z, at in self.affine)
+        return WeakPerspective(affine=(u, v))
 
     def viewing_directions(self, points: Array) -> Array:
         """Unit vectors `(T, 3)` along which it sees world points `(T, 3)`: the same everywhere."""

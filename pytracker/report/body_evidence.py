@@ -22,11 +22,12 @@ def evidence_pictures(track: BodyTrack) -> tuple[Image, bytes, bytes]:
 
 
 def side_by_side(image: Image, *masks: Image) -> bytes:
-    """The frame and masks, a thin white line between them."""
+    """The frame and masks, as large as it, a thin white line between them."""
     line = np.full((image.shape[0], 4, 3), 255, np.uint8)
     parts = [image]
     for mask in masks:
-        parts += [line, np.repeat(mask[..., None], 3, axis=2)]
+        rows, columns = (np.arange(n) * of // n for n, of in zip(image.shape, mask.shape, strict=False))
+        parts += [line, np.repeat(mask[np.ix_(rows, columns)][..., None], 3, axis=2)]
     out = io.BytesIO()
     imsave(out, np.hstack(parts)[..., ::-1], format="png")
     return out.getvalue()

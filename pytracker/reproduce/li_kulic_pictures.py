@@ -9,6 +9,7 @@ import numpy as np
 
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.silhouette import Silhouette
+from pytracker.evidence.smaller import smaller
 from pytracker.formats.video import frames
 from pytracker.recording.recording import BodyRecording
 from pytracker.report import body_figures
@@ -75,13 +76,14 @@ def projection(recording: BodyRecording, example: BodyTrack) -> Section:
 def evidence(example: BodyTrack) -> Section:
     """Figs. 3 and 4."""
     image, _, cues = evidence_pictures(example)
-    extract = senses_of(example.recording).silhouette
+    senses = senses_of(example.recording)
+    extract = senses.silhouette
     assert extract is not None
     assert example.shown is not None
     in_grey = Silhouette(
         extract.background, extract.px2_per_m2**0.5, dataclasses.replace(extract.parameters, colour=False)
     )
-    foreground = side_by_side(image, in_grey(image).foreground, example.shown.foreground)
+    foreground = side_by_side(image, in_grey(smaller(image, senses.shrunk)).foreground, example.shown.foreground)
     return Section(
         "evidence",
         "Figs. 3 and 4: evidence",

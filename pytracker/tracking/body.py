@@ -19,6 +19,7 @@ from pytracker.evidence.points_late import points_late_of
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.evidence.smaller import place_in_smaller
 from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen
 from pytracker.formats.video import Image
@@ -43,9 +44,9 @@ class Shown:
     Attributes:
         index: which frame, from 0.
         image: the frame `(H, W, 3)`, blue, green and red.
-        foreground: 255 where the person is `(H, W)`.
-        edges: 255 on a detected edge `(H, W)`.
-        skin: 255 on skin `(H, W)`.
+        foreground: 255 where the person is; this and what follows in a picture that may have been made smaller.
+        edges: 255 on a detected edge.
+        skin: 255 on skin.
     """
 
     index: int
@@ -108,15 +109,17 @@ class BodyTrack(Track):
 class _Watched:
     """What the pictures say of the estimates, frame by frame."""
 
-    def __init__(self, recording: BodyRecording) -> None:
-        self.camera = recording.view.camera
+    def __init__(self, recording: BodyRecording, shrunk: int) -> None:
+        self.camera, self.shrunk = recording.view.camera, shrunk
+        # What is found in pictures made smaller is seen by their camera.
+        self.seen_by = self.camera.of_smaller(shrunk)
         first = recording.skeleton.joints(recording.initial[None])
         self._first = {name: rows[0] for name, rows in first.items()}
-        self.borne_out = BorneOut(self.camera, self._first, [imu.segment for imu in recording.imus])
+        self.borne_out = BorneOut(self.seen_by, self._first, [imu.segment for imu in recording.imus])
         _, ends, _ = recording.skeleton.core.pose(recording.initial[None])
         is_median = recording.view.background is None
-        self.face = FaceSeen(self.camera)
-        self.stature = StatureSeen(self.camera, ends[0], self._first["head"], is_median=is_median)
+        self.face = FaceSeen(self.seen_by)
+        self.stature = StatureSeen(self.seen_by, ends[0], self._first["head"], is_median=is_median)
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
         self.people: list[tuple[float, Array | None]] = []
@@ -127,7 +130,7 @@ class _Watched:
         self._shown: tuple[Shown, ...] = ()
         self.is_alone = not recording.has_picture
         self.has_keypoints = recording.view.keypoints is not None
-        self.late = points_late_of(recording.view)
+        self.late = points_late_of(recording.view, shrunk)
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
         evidence, is_first = observation.evidence, not self.people
@@ -141,12 +144,13 @@ class _Watched:
         self._show(len(self.people) - 1, observation.index or 0, evidence)
         means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
         if is_first:
-            self.head_off_m = head_off(self.camera, self._first, evidence)
+            self.head_off_m = head_off(self.seen_by, self._first, evidence)
         if self.late is not None:
-            px_per_m = float(self.camera.px_per_m(means["root"][None])[0])
+            px_per_m = float(self.seen_by.px_per_m(means["root"][None])[0])
             self.late.look(observation.index or 0, evidence, px_per_m)
         points, _ = followed(self.camera, means, evidence.keypoints)
-        self.borne_out.look(observation.time_s, means, sds, evidence, points)
+        within = None if points is None else place_in_smaller(points[:, :2], self.shrunk)
+        self.borne_out.look(observation.time_s, means, sds, evidence, within)
         if not self.has_keypoints:
             self.stature.look(observation.time_s, means, evidence.foreground)
         if (len(self.people) - 1) % LOOK_EVERY == 0:
@@ -187,7 +191,7 @@ class _Watched:
 
     def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
         """Of the key joints, how many have foreground about them."""
-        pixels, reach = self.camera.project(joints), ABOUT_M * self.camera.px_per_m(joints)
+        pixels, reach = self.seen_by.project(joints), ABOUT_M * self.seen_by.px_per_m(joints)
         on_person = 0
         for (u, v), px in zip(pixels, reach, strict=True):
             if np.isfinite([u, v, px]).all():
@@ -212,7 +216,7 @@ def track_body(
     began = time.perf_counter()
     senses = senses_of(recording)
     background_s = time.perf_counter() - began
-    tracker, watched = Tracker(recording, method, seed), _Watched(recording)
+    tracker, watched = Tracker(recording, method, seed), _Watched(recording, senses.shrunk)
     found = follow(tracker, recording.observations(senses), progress=progress, threads=threads, watch=watched)
     began = time.perf_counter()
     found.table |= smoothed(tracker, found.tracked, progress, threads)

@@ -33,6 +33,7 @@ use super::edges::EdgeImage;
 use super::figure::Figure;
 use super::joints::Group;
 use super::skin::Blobs;
+use super::smaller::Smaller;
 use super::weighing::Cue;
 use crate::error::{require_pixel, require_time};
 use crate::parameters::Parameters;
@@ -193,6 +194,12 @@ pub trait Given {
     /// # Errors
     /// What is no such array.
     fn table(&self, name: &'static str) -> std::result::Result<Option<Table>, Self::Error>;
+
+    /// By how much smaller than the frame the picture was made in which edges, blobs and masks were found.
+    ///
+    /// # Errors
+    /// What is no such number.
+    fn smaller(&self, name: &'static str) -> std::result::Result<Smaller, Self::Error>;
 }
 
 /// What a camera shows of a body at one frame, and what a detector found in it: the evidence that the cues read.
@@ -221,11 +228,12 @@ impl Picture {
     /// # Errors
     /// What cannot be read, or is no such thing.
     pub fn read<G: Given>(given: &G) -> std::result::Result<Self, G::Error> {
+        let smaller = given.smaller("shrunk")?;
         Ok(Self {
-            edges: given.bytes("edges", EdgeImage::new)?,
-            blobs: given.points("blobs")?,
-            skin: given.region("skin_region")?,
-            foreground: given.region("foreground_region")?,
+            edges: given.bytes("edges", EdgeImage::new)?.map(|edges| edges.of_smaller(smaller)),
+            blobs: given.points("blobs")?.into_iter().map(|blob| smaller.in_frame(blob)).collect(),
+            skin: given.region("skin_region")?.map(|skin| skin.of_smaller(smaller)),
+            foreground: given.region("foreground_region")?.map(|person| person.of_smaller(smaller)),
             keypoints: given.table("keypoints")?.map_or(Ok(Vec::new()), |(shape, of)| keypoints::people(shape, &of))?,
         })
     }

@@ -1,15 +1,17 @@
 //! The edge cue, Li & Kulić eq. (4): which share of a part's projected outline meets no detected edge.
 
+use super::smaller::Smaller;
 use crate::projection::Projected;
 use crate::{Error, Result};
 use rayon::prelude::*;
 
 /// Detected edges: a byte a pixel, 1 on an edge.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct EdgeImage {
     width: usize,
     height: usize,
     pixels: Vec<u8>,
+    smaller: Smaller,
 }
 
 /// Outlines that a thread takes at once.
@@ -30,12 +32,19 @@ impl EdgeImage {
         if bytes.len() != width * height {
             return Err(Error::Size { name: "edges", got: bytes.len(), unit: "pixels", expected: width * height });
         }
-        Ok(Self { width, height, pixels: bytes.iter().map(|b| u8::from(*b != 0)).collect() })
+        let pixels = bytes.iter().map(|b| u8::from(*b != 0)).collect();
+        Ok(Self { width, height, pixels, smaller: Smaller::default() })
+    }
+
+    /// Detected in a picture made smaller: outlines are given in the frame's pixels.
+    pub fn of_smaller(self, smaller: Smaller) -> Self {
+        Self { smaller, ..self }
     }
 
     /// Share of the outline's pixels that lie on no edge, 0 to 1: every pixel of the four sides is looked at. A pixel
     /// outside the image is a miss, and so is an outline that cannot be projected.
     pub fn missed(&self, corners: &[[f64; 2]; 4]) -> f64 {
+        let corners = corners.map(|corner| self.smaller.within(corner));
         if !corners.iter().flatten().all(|x| x.abs() < 16384.0) {
             return 1.0;
         }
@@ -135,6 +144,13 @@ mod tests {
         assert_eq!(drawn.missed(&corners.map(|[u, v]| [u + 3.0, v + 3.0])), 1.0 - 2.0 / 84.0);
         assert_eq!(drawn.missed(&corners.map(|[u, v]| [u - 300.0, v])), 1.0);
         assert_eq!(drawn.missed(&[[f64::NAN; 2]; 4]), 1.0);
+    }
+
+    #[test]
+    fn edges_of_a_smaller_picture_are_met_by_the_frames_outlines() {
+        let drawn = image(|u, v| (10..=40).contains(&u) && v == 20).of_smaller(Smaller::new(3).unwrap());
+        assert_eq!(drawn.missed(&[[31.0, 61.0], [121.0, 61.0], [121.0, 61.0], [31.0, 61.0]]), 0.0);
+        assert_eq!(drawn.missed(&[[31.0, 63.0], [121.0, 63.0], [121.0, 63.0], [31.0, 63.0]]), 1.0);
     }
 
     #[test]

@@ -6,7 +6,7 @@ use crate::Result;
 use crate::body::cues::orientation::{Orientation, Segment};
 use crate::body::cues::{Given, Table};
 use crate::body::edges::EdgeImage;
-use crate::body::{Picture, Region};
+use crate::body::{Picture, Region, Smaller};
 use nalgebra::{Quaternion, UnitQuaternion};
 use numpy::{PyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::conversion::FromPyObjectOwned;
@@ -50,6 +50,10 @@ impl<'py> Given for Shown<'_, 'py> {
     fn table(&self, name: &'static str) -> PyResult<Option<Table>> {
         let found: Option<PyReadonlyArray3<'py, f64>> = self.get(name)?;
         Ok(found.map(|array| (array.as_array().dim().into(), array.as_array().iter().copied().collect())))
+    }
+
+    fn smaller(&self, name: &'static str) -> PyResult<Smaller> {
+        Ok(self.get(name)?.map_or(Ok(Smaller::default()), Smaller::new)?)
     }
 }
 

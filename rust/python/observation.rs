@@ -107,7 +107,8 @@ impl Observation {
     /// A body's camera frame: what it shows, such as a `pytracker.evidence.BodyEvidence`: `edges` `(H, W)` bytes (0 is none), `None` without an image,
     /// `blobs` `(B, 2)`, centres, px, in no order; `skin_region` and `foreground_region`, each `None` or a pair: distance of
     /// every pixel `(H, W)`, px, and some points `(P, 2)`, px; `keypoints` `(P, 9, 3)`: of each person u, v and standard
-    /// deviation, px, in the order of `KEYPOINTS`, NaN where not seen. Raises `InputError`.
+    /// deviation, px, in the order of `KEYPOINTS`, NaN where not seen; `shrunk`: how many times smaller than the frame the picture
+    /// was that all but the keypoints were found in. Raises `InputError`.
     #[staticmethod]
     #[pyo3(signature = (time_s, evidence, index = None))]
     fn picture(time_s: f64, evidence: Bound<'_, PyAny>, index: Option<usize>) -> PyResult<Self> {

@@ -7,6 +7,7 @@
 
 use super::super::figure::Figure;
 use super::super::joints::{Group, KEY_JOINTS};
+use super::super::smaller::Smaller;
 use super::super::weighing::{Cue, Posed};
 use crate::parameters::{Parameters, require_not_negative, require_positive};
 use crate::projection::Projected;
@@ -20,6 +21,7 @@ pub struct Region {
     height: usize,
     distance: Vec<f32>,
     points: Vec<[f64; 2]>,
+    smaller: Smaller,
 }
 
 /// How much regions count, and how far off a place may be before it is as bad as any.
@@ -146,15 +148,21 @@ impl Region {
         if let Some(odd) = points.iter().flatten().find(|x| x.is_nan() || x.abs() > 16384.0) {
             require(false, "point of a region", *odd, "a pixel")?;
         }
-        Ok(Self { width, height, distance, points })
+        Ok(Self { width, height, distance, points, smaller: Smaller::default() })
+    }
+
+    /// Found in a picture made smaller, whose pixels it was given in: from here on all is in the frame's.
+    pub fn of_smaller(mut self, smaller: Smaller) -> Self {
+        self.points.iter_mut().for_each(|point| *point = smaller.in_frame(*point));
+        Self { smaller, ..self }
     }
 
     /// Distance of a place from the mask, px; none outside the picture, where nothing is known.
     #[inline]
-    pub fn distance(&self, [u, v]: [f64; 2]) -> Option<f64> {
-        let (x, y) = (u + 0.5, v + 0.5);
+    pub fn distance(&self, place: [f64; 2]) -> Option<f64> {
+        let [x, y] = self.smaller.within(place).map(|x| x + 0.5);
         let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        is_inside.then(|| f64::from(self.distance[y as usize * self.width + x as usize]))
+        is_inside.then(|| self.smaller.times() * f64::from(self.distance[y as usize * self.width + x as usize]))
     }
 }
 

@@ -1,0 +1,42 @@
+"""Pictures of a body made smaller: more pixels a metre tell no more of it, and take as much longer.
+
+Clips of people tracked at 118, 235 and 470 px a metre have the same errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import cv2
+
+from pytracker.formats.video import Frame, Image, as_image
+from pytracker.rotation import Array
+
+__all__ = ["place_in_smaller", "smaller", "smaller_frames", "times_smaller"]
+
+ENOUGH_PX_PER_M = 100.0
+"""At least as many are left."""
+
+
+def times_smaller(px_per_m: float) -> int:
+    """By how many whole times pictures of so many pixels a metre may be made smaller."""
+    return max(1, int(px_per_m / ENOUGH_PX_PER_M))
+
+
+def smaller(image: Image, times: int) -> Image:
+    """Every pixel the mean of `times` by `times`; what is left over at the right and below is cut off."""
+    if times == 1:
+        return image
+    height, width = (side // times for side in image.shape[:2])
+    return as_image(cv2.resize(image[: height * times, : width * times], (width, height), interpolation=cv2.INTER_AREA))
+
+
+def smaller_frames(source: Iterable[Frame], times: int) -> Iterator[Frame]:
+    """Frame by frame."""
+    return (replace(frame, image=smaller(frame.image, times)) for frame in source)
+
+
+def place_in_smaller(pixels: Array, times: int) -> Array:
+    """Where pixels of the frame `(..., 2)` lie in its smaller picture, px; pixel centres are at integers in both."""
+    return (pixels + 0.5) / times - 0.5
