@@ -186,10 +186,10 @@ def test_demo_compares_every_method(tmp_path: Path) -> None:
     page = (tmp_path / "report" / "index.html").read_text("utf-8")
     for kind in ("arm", "body"):
         assert f'href="{kind}/index.html"' in page
-        assert f'src="{kind}/overlay.mp4"' in page
+        assert f'src="{kind}/overlay.webm"' in page
         assert {"arm": "first position held", "body": "first pose held"}[kind] in page
         assert (tmp_path / "report" / kind / "index.html").is_file()
-        assert (tmp_path / "report" / kind / "overlay.mp4").stat().st_size > 1000
+        assert (tmp_path / "report" / kind / "overlay.webm").stat().st_size > 1000
 
 
 def test_import_is_light() -> None:

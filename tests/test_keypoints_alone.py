@@ -45,7 +45,7 @@ def test_keypoints_alone_are_tracked(sensed: Path, tmp_path: Path) -> None:
     out = pt.write_report([track], tmp_path / "report")
     page = (out / "index.html").read_text("utf-8")
     assert "There was no video, only keypoints of one." in page
-    assert not (out / "overlay.mp4").exists()
+    assert not (out / "overlay.webm").exists()
     assert pt.doubts(track) == ()
     (video,) = (finding for finding in check(folder).findings if finding.what == "video")
     assert (video.verdict, video.evidence[:13]) == ("cannot be told", "there is none")

@@ -18,7 +18,7 @@ from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import frames
 from pytracker.report.body_overlay import UNSURE, draw_body
 from pytracker.rotation import Array
-from pytracker.setup import check, init
+from pytracker.setup import Checkup, check, init
 from pytracker.tracking import BodyTrack
 
 KEPT_BACK = ("21", "24", "31")
@@ -167,6 +167,13 @@ def test_of_people_that_are_described_rightly_nothing_is_said(tracked: list[tupl
         assert pt.doubts(track) == ()
 
 
+def tracked_by(checkup: Checkup) -> tuple[pt.BodyRecording, BodyTrack]:
+    """What was written, loaded, and its track by the default method."""
+    assert isinstance(checkup.track, BodyTrack)
+    assert isinstance(checkup.track.method, pt.BodySmooth)
+    return checkup.track.recording, checkup.track
+
+
 def test_people_before_a_camera_that_nobody_calibrated(shared: Callable[[str], Path], tmp_path: Path) -> None:
     """Video, keypoints and height alone; it looks down by 20 degrees. Wrists and elbows from between the shoulders.
 
@@ -180,11 +187,10 @@ def test_people_before_a_camera_that_nobody_calibrated(shared: Callable[[str], P
         folder, keypoints = tmp_path / number, next(clips.glob(f"0_1_{number}_*mediapipe*"))
         path = init(folder, video=next(clips.glob(f"0_1_{number}_*.avi")), keypoints=keypoints)
         path.write_text(path.read_text().replace("# height_m = 1.70", "height_m = 1.57"))
-        (pitch,) = (one for one in check(folder, write=True).findings if one.what == "camera's pitch")
+        checkup = check(folder, write=True)
+        (pitch,) = (one for one in checkup.findings if one.what == "camera's pitch")
         assert "looks down by about 2" in pitch.evidence
-        recording = pt.load(folder)
-        assert isinstance(recording, pt.BodyRecording)
-        track = pt.track(recording, pt.BodySmooth(), 1)
+        recording, track = tracked_by(checkup)
         truth = read_truth_csv(shared(f"recordings/people-gesture-{number}") / "truth.csv").positions_m
         count = min(len(track.time_s), len(truth["root"]))
         ours = from_shoulders({name: joint.mean[:count] for name, joint in track.joints.items()}, recording)
@@ -211,10 +217,7 @@ def test_people_before_their_own_calibrated_camera(shared: Callable[[str], Path]
             tmp_path / number, video=video, keypoints=keypoints, camera=clips / "Calib_board.toml", camera_name="cam2"
         )
         path.write_text(path.read_text().replace("# height_m = 1.70", "height_m = 1.57"))
-        check(path.parent, write=True)
-        recording = pt.load(path.parent)
-        assert isinstance(recording, pt.BodyRecording)
-        track = pt.track(recording, pt.BodySmooth(), 1)
+        recording, track = tracked_by(check(path.parent, write=True))
         assert track.valid.mean() > 0.9
         truth = read_truth_csv(shared(f"recordings/people-gesture-{number}") / "truth.csv").positions_m
         for joint in (*WRISTS, "left_elbow", "right_elbow"):

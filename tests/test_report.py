@@ -46,7 +46,7 @@ def report(tracks: list[pt.Track], tmp_path_factory: pytest.TempPathFactory) -> 
 
 def test_files_of_a_run(report: Path, tracks: list[pt.Track]) -> None:
     names = {path.name for path in report.iterdir()}
-    assert {"index.html", "overlay.mp4", "metadata.json", "scores.json", "track-1-joint.csv"} <= names
+    assert {"index.html", "overlay.webm", "metadata.json", "scores.json", "track-1-joint.csv"} <= names
     metadata = json.loads((report / "metadata.json").read_text("utf-8"))
     assert metadata["pytracker"] == pt.__version__
     assert metadata["tracks"][0]["parameters"]["particles"] == 500
@@ -75,7 +75,7 @@ def test_track_csv_has_a_row_a_frame_and_reads_back(report: Path, tracks: list[p
 
 
 def test_overlay_is_a_video_of_the_recording(report: Path, tracks: list[pt.Track]) -> None:
-    found = list(frames(report / "overlay.mp4"))
+    found = list(frames(report / "overlay.webm"))
     assert found[0].image.shape[1] == 480
     assert found[-1].time_s == pytest.approx(tracks[0].time_s[-1], abs=0.2)
 

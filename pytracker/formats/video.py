@@ -6,7 +6,12 @@ Times are read after each frame, as the container has them, so that a variable f
 
 from __future__ import annotations
 
+import os
+import sys
+import tempfile
+import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,6 +29,8 @@ OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
 
 Image = NDArray[np.uint8]
+
+_REDIRECTED = threading.Lock()
 
 TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
@@ -172,7 +179,8 @@ class VideoWriter:
 
     def __init__(self, path: Path, fourcc: str, rate_hz: float, size: tuple[int, int]) -> None:
         self.path, self.count = path, 0
-        self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), rate_hz, size)
+        with _without("OpenCV: FFMPEG: tag"):
+            self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), rate_hz, size)
         if not self._writer.isOpened():
             raise InputError(f"{path}: OpenCV cannot write {fourcc} video here")
 
@@ -188,6 +196,25 @@ class VideoWriter:
         self._writer.release()
         if kind is None and (found := _count(self.path)) != self.count:
             raise OSError(f"{self.path}: {found} of {self.count} frames could be written: is the disk full?")
+
+
+@contextmanager
+def _without(words: str) -> Iterator[None]:
+    """Standard error but for lines with these words: OpenCV warns there of a tag that a WebM does without."""
+    if sys.stderr is None:
+        yield
+        return
+    with _REDIRECTED, tempfile.TemporaryFile("w+", errors="replace") as kept:
+        sys.stderr.flush()
+        stderr = os.dup(2)
+        os.dup2(kept.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+            kept.seek(0)
+            sys.stderr.writelines(line for line in kept if words not in line)
 
 
 def _count(path: Path) -> int:

@@ -5,7 +5,7 @@
 | `track.csv` (`track-<n>-<method>.csv` where there are several) | one row a frame, see `tables` |
 | `metadata.json` | version, methods with every parameter, seeds, files with hashes, machine, run time |
 | `scores.json` | where the recording has truth |
-| `overlay.mp4` | the video with what was tracked drawn over it |
+| `overlay.webm` | the video with what was tracked drawn over it |
 | `index.html` | one page that a clinician can print |
 """
 

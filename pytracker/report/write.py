@@ -60,7 +60,7 @@ def _write_page(out: Path, contents: Contents, progress: Progress | None) -> Non
     stop = Event()
     with ThreadPoolExecutor(1) as pool:
         try:
-            overlay = pool.submit(page.write_overlay, out / "overlay.mp4", main, stop)
+            overlay = pool.submit(page.write_overlay, out / "overlay.webm", main, stop)
             text = page.render(contents.tracks, contents, has_overlay=main.recording.video is not None)
             (out / "index.html").write_text(text, "utf-8")
             overlay.result()
