@@ -284,15 +284,15 @@ def stopped(command: list[str], folder: Path, wait_for: str, number: int = signa
     return process.returncode, said, time.monotonic() - began
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_the_overlay_is_not_waited_for(tmp_path: Path, number: int) -> None:
-    recording = pt.simulate_arm(tmp_path / "recording", pt.ArmScene(duration_s=30.0), 1)
+def test_the_overlay_is_not_waited_for(tmp_path: Path) -> None:
+    recording = pt.simulate_arm(tmp_path / "recording", pt.ArmScene(duration_s=45.0), 1)
     command = ["track", str(recording), "--out", "out"]
-    status, said, lasted_s = stopped(command, tmp_path, ".out-*/overlay.webm", number)
-    assert status == 128 + number
-    assert lasted_s < 5.0  # 2 s on a machine that does nothing else; the overlay takes 15
-    assert "Traceback" not in said
-    assert [path.name for path in tmp_path.iterdir()] == ["recording"]
+    for number in (signal.SIGINT, signal.SIGTERM):
+        status, said, lasted_s = stopped(command, tmp_path, ".out-*/overlay.webm", number)
+        assert status == 128 + number
+        assert lasted_s < 5.0  # 2 s on a machine that does nothing else; the overlay takes 8 to 16
+        assert "Traceback" not in said
+        assert [path.name for path in tmp_path.iterdir()] == ["recording"]
 
 
 def test_an_interrupted_import_prints_no_traceback(tmp_path: Path) -> None:
