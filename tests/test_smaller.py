@@ -46,7 +46,16 @@ def test_a_pixel_is_the_mean_of_those_it_was_made_of() -> None:
 
 
 def test_as_many_pixels_are_left_as_tell_something() -> None:
-    assert [times_smaller(px_per_m) for px_per_m in (30.0, 118.0, 199.0, 200.0, 470.0)] == [1, 1, 1, 2, 4]
+    filmed = np.zeros((1920, 1080, 3), np.uint8)
+    assert [times_smaller(px_per_m, filmed) for px_per_m in (30.0, 118.0, 199.0, 200.0, 470.0)] == [1, 1, 1, 2, 4]
+
+
+def test_a_picture_is_left_of_whatever_is_set_up() -> None:
+    """Who stands before the lens by mistake, or behind it."""
+    filmed = np.zeros((240, 320, 3), np.uint8)
+    assert [times_smaller(px_per_m, filmed) for px_per_m in (1e7, np.inf, np.nan, -50.0)] == [7, 1, 1, 1]
+    assert times_smaller(1e7, np.zeros((20, 20, 3), np.uint8)) == 1
+    assert times_smaller(1e7, np.zeros((4320, 7680, 3), np.uint8)) == 16
 
 
 def larger(recording: pt.BodyRecording, folder: Path) -> pt.BodyRecording:

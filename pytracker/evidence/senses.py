@@ -51,10 +51,10 @@ def senses_of(recording: BodyRecording) -> Senses:
     if view.video is None:
         return Senses(recording, None)
     joints = recording.skeleton.joints(recording.initial[None])
-    times = times_smaller(float(view.camera.px_per_m(joints["root"])[0]))
+    first = next(frames(view.video)).image
+    times = times_smaller(float(view.camera.px_per_m(joints["root"])[0]), first)
     camera = view.camera.of_smaller(times)
     background = median_background(smaller_frames(frames(view.background or view.video), times))
     px_per_m, head = float(camera.px_per_m(joints["root"])[0]), camera.project(joints["head"])[0]
-    first = smaller(next(frames(view.video)).image, times)
-    parameters = SilhouetteParameters(gains=gains_of_face(first, background, head, px_per_m))
+    parameters = SilhouetteParameters(gains=gains_of_face(smaller(first, times), background, head, px_per_m))
     return Senses(recording, Silhouette(background, px_per_m, parameters), times)

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import cv2
+import numpy as np
 
 from pytracker.formats.video import Frame, Image, as_image
 from pytracker.rotation import Array
@@ -17,11 +18,17 @@ __all__ = ["place_in_smaller", "smaller", "smaller_frames", "times_smaller"]
 
 ENOUGH_PX_PER_M = 100.0
 """At least as many are left."""
+MOST, LEAST_PX = 16, 32
+"""Times, and pixels a side that are left."""
 
 
-def times_smaller(px_per_m: float) -> int:
-    """By how many whole times pictures of so many pixels a metre may be made smaller."""
-    return max(1, int(px_per_m / ENOUGH_PX_PER_M))
+def times_smaller(px_per_m: float, image: Image) -> int:
+    """By how many whole times pictures as this one, of so many pixels a metre, may be made smaller.
+
+    Of who is set up to stand before the lens a picture is left all the same, and all of it of who stands behind.
+    """
+    most = max(1, min(MOST, min(image.shape[:2]) // LEAST_PX))
+    return int(np.clip(px_per_m / ENOUGH_PX_PER_M, 1, most)) if np.isfinite(px_per_m) else 1
 
 
 def smaller(image: Image, times: int) -> Image:
