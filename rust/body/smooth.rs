@@ -37,8 +37,8 @@ const SETTLED: f64 = 0.05;
 const AMID: f64 = 3.0;
 /// How long a posture lasts, s: as often what speaks against it is said anew.
 const POSTURE_S: f64 = 2.0;
-/// Limbs are mirrored in frames so far apart, s: clips of people and captured exercises are as good as by all frames.
-const STEP_S: f64 = 0.06;
+/// Limbs are mirrored in frames so far apart, s.
+const STEP_S: f64 = 0.03;
 /// A branch of less weight is left out.
 const LEAST: f64 = 1e-3;
 /// How many components the mixture keeps.
