@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import shown
 from test_body_senses import load, with_keypoints, without
 from test_people import KEPT_BACK
 
@@ -53,6 +54,26 @@ def test_keypoints_of_people_that_are_early_or_late_are_told(shared: Callable[[s
         assert told[0] == (0, 0.0)
         assert [n for n, _ in told] == list(lags)
         assert all(nearer_m > 0.002 for _, nearer_m in told[1:])
+
+
+@pytest.mark.parametrize("shrunk", [1, 3])
+def test_wrists_are_looked_for_where_the_smaller_picture_has_them(shrunk: int) -> None:
+    """Skin moves by a pixel of the smaller picture a frame; a wrist on it, in the frame's, is four frames late."""
+    count, (height, width) = 40, (20, 90)
+    points = np.full((count, 1, 9, 3), np.nan)
+    at = np.arange(count) - 4.0 + 20.0
+    wrist = KEYPOINTS.index("left_wrist")
+    points[:, 0, wrist] = np.stack(
+        [(at + 0.5) * shrunk - 0.5, np.full(count, 10.5 * shrunk - 0.5), np.ones(count)], axis=1
+    )
+    lag = PointsLate(Keypoints(np.arange(count), points), 20.0, shrunk)
+    for k in range(count):
+        distance = np.abs(np.arange(width) - (k + 20.0)).astype(np.float32)
+        region = np.tile(distance, (height, 1)), np.array([[k + 20.0, 10.0]])
+        lag.look(k, shown(np.zeros((height, width), np.uint8), skin_region=region, shrunk=shrunk), 100.0)
+    frames, nearer_m = lag.found()
+    assert frames == 4
+    assert nearer_m == pytest.approx(0.04)
 
 
 def test_late_keypoints_are_a_doubt(sensed: Path) -> None:

@@ -1,6 +1,6 @@
-"""Pictures of a body made smaller: more pixels a metre tell no more of it, and take as much longer.
+"""Pictures of a body made smaller: more pixels a metre tell hardly more of it, and take as much longer.
 
-Clips of people tracked at 118, 235 and 470 px a metre have the same errors.
+Wrists of clips of people, filmed at 235 px a metre: 8.1 and 7.7 cm; shrunk to 118 beforehand 8.2 and 7.9.
 """
 
 from __future__ import annotations

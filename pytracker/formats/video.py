@@ -207,8 +207,8 @@ def _without(words: str) -> Iterator[None]:
     with _REDIRECTED, tempfile.TemporaryFile("w+", errors="replace") as kept:
         sys.stderr.flush()
         stderr = os.dup(2)
-        os.dup2(kept.fileno(), 2)
         try:
+            os.dup2(kept.fileno(), 2)
             yield
         finally:
             os.dup2(stderr, 2)
