@@ -13,6 +13,7 @@ import pytracker as pt
 from pytracker.evidence.silhouette import read_background
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import Image, frames
+from pytracker.recording.camera import Camera
 from pytracker.rotation import Array
 from pytracker.setup import check
 from pytracker.setup.draft import Draft
@@ -39,8 +40,15 @@ def across_m(recording: pt.BodyRecording, found: Outlined, joint: str, at: Array
     return float(np.linalg.norm(beside) / camera.px_per_m(at[None])[0])
 
 
+def farther_m(recording: pt.BodyRecording, place: Array, than: Array) -> float:
+    """By how much one place `(3,)` is farther from the camera than another."""
+    camera = recording.view.camera
+    assert isinstance(camera, Camera)
+    return float(np.linalg.norm(place - camera.position_m) - np.linalg.norm(than - camera.position_m))
+
+
 def test_real_people_stand_where_their_outline_is(shared: Callable[[str], Path]) -> None:
-    """Clips on which nothing was tuned; arms hang, hands before the belly. Measured: 1 to 9 cm across the picture."""
+    """Arms hang, hands before the belly. Measured: 0 to 9 cm across, 3 in the mean; in depth shoulders at most 17."""
     for clip in ("21", "24", "31"):
         folder = shared(f"recordings/people-gesture-{clip}")
         recording = pt.load(folder)
@@ -51,8 +59,11 @@ def test_real_people_stand_where_their_outline_is(shared: Callable[[str], Path])
         assert found.is_whole
         truth = read_truth_csv(folder / "truth.csv").positions_m
         off = [across_m(recording, found, joint, truth[joint][0]) for joint in ARMS]
-        assert max(off) < 0.15
-        assert np.mean(off) < 0.08
+        assert max(off) < 0.12
+        assert np.mean(off) < 0.06
+        joints = recording.skeleton.joints(found.channels(recording.skeleton)[None])
+        for shoulder in ("left_shoulder", "right_shoulder"):
+            assert abs(farther_m(recording, joints[shoulder][0], truth[shoulder][0])) < 0.2
 
 
 def test_real_people_are_tracked_from_it(shared: Callable[[str], Path]) -> None:

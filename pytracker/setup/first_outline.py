@@ -42,30 +42,40 @@ USUAL_M = 1.70
 """Of whom the half-widths of limbs are."""
 POINTS = 160
 """So many points of the foreground are asked, and half as many of the skin."""
-SD_M, MOST_M = 0.03, 0.15
+SD_M, MOST_M = 0.03, 0.10
 """A point that is explained lies beside its limb by so much; and farther off than this is as bad as any."""
 FOREGROUND_WEIGHT, SKIN_WEIGHT, ON_WEIGHT = 60.0, 40.0, 0.36
 """All points of a mask count as so many that are independent, and every place on a limb as so much of one."""
 ON_LIMB = (0.0, 0.5, 1.0)
-"""Where on a limb it is looked for foreground."""
+"""Where on a limb it is looked for foreground; and at the crown."""
 RIM_PX = 3
 """A foreground that ends so near the lower rim goes on beyond it: feet are not seen."""
 PLACE_SD_M = 0.06
 """Sideways and in height, where the outline is whole."""
+GIRTH_SD = 0.05
+"""Shares by which clothes and people are wider than limbs usually are."""
+MIRRORED_SD = np.radians(50.0)
+"""Of one arm's angles against the other's."""
+LEAN_RAD = np.radians(-4.0)
+"""Who stands at ease has the shoulders behind the hips' joints: by 3 to 8 degrees on filmed people."""
 TURN_SDS = np.radians([5.0, 8.0, 5.0])
 """An outline hardly tells that the trunk leans or turns."""
 SHARES = (0.95, 0.75, 0.55)
 """Of a person's height that may be seen where the feet are not."""
+SIZE_SHARE = 0.05
+"""An outline is so much taller or smaller than a skeleton: hair, shoes, a shadow at the feet."""
 DISTANCE_SHARE = 0.08
-"""An outline is so much taller or smaller than a skeleton: hair, shoes, holes in the foreground."""
+"""That, and that a skeleton of a height is not the person of that height."""
 EXPLAINED, ON_PERSON = 0.85, 0.85
 """Shares of the foreground's points within 5 cm of a limb, and of the limbs' places on the foreground, of what fits."""
 NEAR_M = 0.05
 
-Limb = tuple[Array, Array, float]
-"""Ends `(K, 3)`, m, and half-width, m."""
-SKINNED = slice(3, 8)
-"""Of the limbs: head, then forearm and hand of either arm."""
+Limb = tuple[Array, Array, Array]
+"""Ends `(K, 3)` and half-width `(K, 1)`, m."""
+SKINNED = slice(3, 10)
+"""Of the limbs: head, then forearm, hand and the bare part of the upper arm of either side."""
+SLEEVE = 0.6
+"""So much of the upper arm, from the elbow up, may be bare."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +134,7 @@ class _Fit:
         self._on_person = _some_of(evidence.foreground, box, POINTS)
         self._skin = None if evidence.skin_region is None else evidence.skin_region[0]
         self._on_skin = _some_of(evidence.skin, box, POINTS // 2)
-        self._sds = SDS.copy()
+        self._sds = np.append(SDS, GIRTH_SD)
         self._sds[3:6] = TURN_SDS
 
     def found(self, focal_sd: float) -> Outlined:
@@ -134,13 +144,13 @@ class _Fit:
             stands = self._stands(share)
             if self.is_whole:
                 self._sds[:3] = self._place_sds(stands)
-            fits += [fitted(self.residuals, start) for start in starts(stands)]
-        best, _ = min(fits, key=lambda fit: fit[1])
+            fits += [fitted(self.residuals, np.append(start, 1.0)) for start in starts(stands)]
+        best, _ = min(fits, key=lambda fit: fit[1] + _lopsided(fit[0]))
         beside, on = self._beside(best[None])
         share = DISTANCE_SHARE if self.is_whole else 2.0 * DISTANCE_SHARE
         distance_sd_m = distance_sd(self.camera, best[None, :3], focal_sd, share)
         return Outlined(
-            named(zip(CHANNELS, best.tolist(), strict=True)),
+            named(zip(CHANNELS, best[:-1].tolist(), strict=True)),
             distance_sd_m,
             float((beside[0] < NEAR_M).mean()),
             float((on[0] < NEAR_M).mean()),
@@ -153,10 +163,9 @@ class _Fit:
         beside, on = self._apart(limbs, pixels, px_per_m)
         rows = [_capped(beside) * np.sqrt(FOREGROUND_WEIGHT / beside.shape[1]), _capped(on) * np.sqrt(ON_WEIGHT)]
         if self._skin is not None and len(self._on_skin):
-            worn = range(len(limbs))[SKINNED]
-            off = _beside_limbs(self._on_skin, limbs, pixels, px_per_m, worn)
+            off = _beside_limbs(self._on_skin, limbs, pixels, px_per_m, range(len(limbs))[SKINNED])
             rows.append(_capped(off) * np.sqrt(SKIN_WEIGHT / off.shape[1]))
-            hands = np.stack([pixels[:, 2 * k + end] for k in (5, 7) for end in (0, 1)], axis=1)
+            hands = np.stack([pixels[:, 2 * k + end] for k in (5, 8) for end in (0, 1)], axis=1)
             rows.append(_capped(_off_mask(self._skin, hands) / px_per_m[:, None]) * np.sqrt(ON_WEIGHT))
         return np.concatenate([*rows, (values - prior) / self._sds], axis=1)
 
@@ -166,16 +175,17 @@ class _Fit:
     def _apart(self, limbs: list[Limb], pixels: Array, px_per_m: Array) -> tuple[Array, Array]:
         """How far points of the foreground are from limbs, and places on limbs from the foreground, m."""
         beside = _beside_limbs(self._on_person, limbs, pixels, px_per_m, range(len(limbs)))
-        ends = pixels.reshape(len(pixels), -1, 2, 2)
-        on = np.concatenate([ends[:, :, 0] + share * (ends[:, :, 1] - ends[:, :, 0]) for share in ON_LIMB], axis=1)
+        ends = pixels[:, : 2 * len(limbs)].reshape(len(pixels), -1, 2, 2)
+        along_limbs = [ends[:, :, 0] + share * (ends[:, :, 1] - ends[:, :, 0]) for share in ON_LIMB]
+        on = np.concatenate([*along_limbs, pixels[:, 2 * len(limbs) :]], axis=1)
         return beside, _off_mask(self._person, on) / px_per_m[:, None]
 
     def _posed(self, values: Array) -> tuple[list[Limb], Array, Array]:
-        """Limbs, their ends in the picture `(K, 2 L, 2)`, px, and px/m `(K,)`."""
+        """Limbs, their ends and the crown in the picture `(K, 2 L + 1, 2)`, px, and px/m `(K,)`."""
         poses = np.zeros((len(values), len(self.skeleton.channels)))
-        poses[:, self._columns] = values
-        limbs = _limbs(self.skeleton, poses, self.height_m / USUAL_M)
-        ends = np.stack([end for a, b, _ in limbs for end in (a, b)], axis=1)
+        poses[:, self._columns] = values[:, :-1]
+        limbs, crown = _limbs(self.skeleton, poses, values[:, -1:] * self.height_m / USUAL_M)
+        ends = np.stack([*(end for a, b, _ in limbs for end in (a, b)), crown], axis=1)
         pixels = self.camera.project(ends.reshape(-1, 3)).reshape(len(values), -1, 2)
         px_per_m = self.camera.px_per_m(ends[:, 0])
         return limbs, np.nan_to_num(pixels, nan=1e5), np.maximum(np.nan_to_num(px_per_m), 1e-3)
@@ -194,17 +204,20 @@ class _Fit:
             start = np.array([0.0, HIPS_M, 0.0])
             x, y = np.linalg.lstsq(affine[:, :2], hips - self.camera.project(start[None])[0], rcond=None)[0]
             place = start + np.array([x, y, 0.0])
-        return np.array([*place, 0.0, turn_to(self.camera, place), 0.0])
+        return np.array([*place, LEAN_RAD, turn_to(self.camera, place), 0.0])
 
     def _place_sds(self, stands: Array) -> Array:
         if not isinstance(self.camera, Camera):
             return np.array([2 * PLACE_SD_M, 2 * PLACE_SD_M, SDS[2]])
         ray = stands[:3] - self.camera.position_m
-        return np.maximum(PLACE_SD_M, np.abs(ray) * DISTANCE_SHARE)
+        return np.maximum(PLACE_SD_M, np.abs(ray) * SIZE_SHARE)
 
 
-def _limbs(skeleton: Skeleton, poses: Array, wide: float) -> list[Limb]:
-    """Sides and middle of the trunk, head, then upper arms and legs; forearms and hands after the head."""
+def _limbs(skeleton: Skeleton, poses: Array, wide: Array) -> tuple[list[Limb], Array]:
+    """Sides and middle of the trunk, head and what may be bare of the arms, upper arms and legs; the crown `(K, 3)`.
+
+    Limbs are so many times as `wide` `(K, 1)` as they usually are.
+    """
     near, ends, _ = skeleton.core.pose(poses)
 
     def at(bone: str, of: Array = ends) -> Array:
@@ -215,17 +228,28 @@ def _limbs(skeleton: Skeleton, poses: Array, wide: float) -> list[Limb]:
     neck, head = at("upperneck", near), at("head")
     up = (head - neck) / np.linalg.norm(head - neck, axis=1, keepdims=True)
     trunk = [(hips[0], inner[0], 0.09), (hips[1], inner[1], 0.09), (at("lowerback", near), at("thorax"), 0.11)]
-    worn: list[Limb] = [(neck, head + 0.03 * up, 0.085)]
-    others: list[Limb] = []
+    bare = [(neck, head + 0.03 * up, 0.085)]
+    others = []
     for side, shoulder, hip in zip("lr", shoulders, hips, strict=True):
         elbow, wrist = at(f"{side}humerus"), at(f"{side}wrist")
-        worn += [(elbow, wrist, 0.04), (wrist, wrist + 0.9 * (at(f"{side}hand") - wrist), 0.045)]
+        bare += [
+            (elbow, wrist, 0.04),
+            (wrist, wrist + 0.9 * (at(f"{side}hand") - wrist), 0.045),
+            (elbow + SLEEVE * (shoulder - elbow), elbow, 0.05),
+        ]
         others += [
             (shoulder, elbow, 0.05),
             (hip, at(f"{side}femur"), 0.08),
             (at(f"{side}femur"), at(f"{side}tibia"), 0.06),
+            (at(f"{side}tibia"), at(f"{side}toes"), 0.04),
         ]
-    return [(a, b, wide * radius) for a, b, radius in (*trunk, *worn, *others)]
+    return [(a, b, wide * radius) for a, b, radius in (*trunk, *bare, *others)], head + CROWN_M * up
+
+
+def _lopsided(values: Array) -> float:
+    """How unlike arms are that mirror each other: of what explains a frame as well, hands that meet do."""
+    left, right = values[6:10], values[10:14] * [1.0, -1.0, -1.0, 1.0]
+    return float((((left - right) / MIRRORED_SD) ** 2).sum())
 
 
 def _some_of(mask: Image, box: Box, count: int) -> Array:
