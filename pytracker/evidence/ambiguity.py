@@ -110,9 +110,10 @@ def with_hand(forearm: Line) -> Line:
 
 def to_line(points: Array, start: Array, end: Array) -> Array:
     """Distances of points `(P, 2)` from lines with ends, `(2,)` or `(N, 1, 2)`: `(P,)` or `(N, P)`."""
-    (u, v), (along_u, along_v) = np.moveaxis(points - start, -1, 0), np.moveaxis(end - start, -1, 0)
+    apart, along = points - start, end - start
+    u, v, along_u, along_v = apart[..., 0], apart[..., 1], along[..., 0], along[..., 1]
     share = np.clip((u * along_u + v * along_v) / np.maximum(along_u**2 + along_v**2, 1e-9), 0.0, 1.0)
-    return np.asarray(np.hypot(u - share * along_u, v - share * along_v))
+    return np.asarray(np.sqrt((u - share * along_u) ** 2 + (v - share * along_v) ** 2))
 
 
 def _beyond(apart_px: Array, radius_px: float, reach_px: float) -> NDArray[np.float32]:
