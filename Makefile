@@ -15,7 +15,7 @@ SANCOV = -Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 -Cllvm-a
 
 KEYPOINTS := .venv-keypoints
 
-.PHONY: help demo reproduce test test-keypoints acceptance fuzz fuzz-core faults lint format bench bench-peers doc clean
+.PHONY: help demo reproduce test rust-tests test-keypoints acceptance fuzz fuzz-core faults lint lint-rust lint-python format bench bench-peers doc clean
 
 help: ## Show this list
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 14
@@ -33,9 +33,14 @@ reproduce: $(VENV)/.installed ## Run both papers' tables and figures again, into
 	$(BIN)/pytracker reproduce tao-hu --out reproduced/tao-hu
 	$(BIN)/pytracker reproduce li-kulic --out reproduced/li-kulic
 
-test: $(VENV)/.installed ## Run every test, Rust and Python
+test: ## Run every test, Rust and Python
+	@# What is linked as a whole keeps one core busy: beside it the tests are built.
+	$(MAKE) -j 2 $(VENV)/.installed rust-tests
 	cargo test --locked
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+rust-tests:
+	cargo test --locked --no-run
 
 test-keypoints: ## The detector's own tests, in an environment of its own: MediaPipe wants NumPy 1
 	test -x $(KEYPOINTS)/bin/python || $(PYTHON) -m venv $(KEYPOINTS)
@@ -56,15 +61,20 @@ fuzz-core: ## The core's arm tracker, guided by coverage (libFuzzer), for FUZZ_S
 faults: $(VENV)/.installed ## One thing wrong at a time: what is told, what is harmless, what is silent, into docs/faults.md
 	$(BIN)/python tests/faults.py docs/faults.md
 
-lint: $(VENV)/.installed ## Formatting, clippy, ruff, mypy, stubtest, documentation
+lint: lint-rust lint-python ## Formatting, clippy, ruff, mypy, stubtest, documentation
+	@# The site has what cargo doc made.
+	$(BIN)/python -W error -m mkdocs build --strict --quiet
+
+lint-rust:
 	cargo fmt --check
 	cargo clippy --locked --all-targets --features python -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
+
+lint-python: $(VENV)/.installed
 	$(BIN)/ruff format --check
 	$(BIN)/ruff check
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest pytracker._core
-	$(BIN)/python -W error -m mkdocs build --strict --quiet
 
 format: $(VENV)/.installed ## Format everything
 	cargo fmt
