@@ -27,7 +27,7 @@ from pytracker.setup.pose_fit import (
     along,
     distance_sd,
     faced,
-    fitted,
+    fitted_from,
     named,
     starts,
     turn_to,
@@ -139,13 +139,13 @@ class _Fit:
 
     def found(self, focal_sd: float) -> Outlined:
         """The best pose from all starts."""
-        fits = []
+        priors = []
         for share in (1.0,) if self.is_whole else SHARES:
             stands = self._stands(share)
             if self.is_whole:
                 self._sds[:3] = self._place_sds(stands)
-            fits += [fitted(self.residuals, np.append(start, 1.0)) for start in starts(stands)]
-        best, _ = min(fits, key=lambda fit: fit[1] + _lopsided(fit[0]))
+            priors += [np.append(start, 1.0) for start in starts(stands)]
+        best, _ = min(fitted_from(self.residuals, priors), key=lambda fit: fit[1] + _lopsided(fit[0]))
         beside, on = self._beside(best[None])
         share = DISTANCE_SHARE if self.is_whole else 2.0 * DISTANCE_SHARE
         distance_sd_m = distance_sd(self.camera, best[None, :3], focal_sd, share)

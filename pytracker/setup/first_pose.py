@@ -22,7 +22,7 @@ from pytracker.setup.pose_fit import (
     along,
     distance_sd,
     faced,
-    fitted,
+    fitted_from,
     named,
     starts,
     turn_to,
@@ -107,8 +107,7 @@ def _found(skeleton: Skeleton, camera: WeakPerspective | Camera, points: Array, 
         return np.concatenate([np.nan_to_num(beside, nan=1e3), (values - prior) / SDS], axis=1)
 
     at = {names[k]: points[k, :2] for k in seen}
-    fits = [fitted(residuals, start) for start in starts(_stands(camera, at))]
-    best, _ = min(fits, key=lambda fit: fit[1])
+    best, _ = min(fitted_from(residuals, starts(_stands(camera, at))), key=lambda fit: fit[1])
     beside = np.linalg.norm(camera.project(joints(best[None])[0]) - pixels, axis=1)
     worst = int(np.argmax(beside))
     angles = named(zip(CHANNELS, best.tolist(), strict=True))

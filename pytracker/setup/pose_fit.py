@@ -6,7 +6,7 @@ What a frame hardly tells, such as depth, is nearest to how people usually stand
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -17,7 +17,8 @@ from pytracker.rotation import Array, triple
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = [
-    "CHANNELS", "HIPS_M", "SDS", "FoundPose", "along", "distance_sd", "faced", "fitted", "named", "starts", "turn_to",
+    "CHANNELS", "HIPS_M", "SDS", "FoundPose",
+    "along", "distance_sd", "faced", "fitted_from", "named", "starts", "turn_to",
 ]  # fmt: skip
 
 ARM = ("humerus_rx", "humerus_ry", "humerus_rz", "radius_rx")
@@ -38,7 +39,10 @@ HIPS_M = 0.93
 """Where the root is looked for first, above the floor."""
 DISTANCE_SHARE = 0.06
 """Of two people of a height one has a trunk so much longer, and a detector's hips and shoulders are no skeleton's."""
-TURNS = 25
+FIRST_TURNS, TURNS = 8, 25
+"""Steps from every start, and on from where the most promising came to."""
+PROMISING = 10
+"""So many of the starts are followed to the end."""
 STEP = 1e-5
 BESIDE = 0.5
 """A camera that looks farther beside the world's z axis looks across it, rad."""
@@ -63,6 +67,9 @@ class FoundPose:
             pose[skeleton.channels.index(name)] = value if name.startswith("root_t") else np.radians(value)
         return pose
 
+
+Residuals = Callable[[Array, Array], Array]
+"""`(K, R)` of poses `(K, D)` and the middle of their prior `(D,)`, in standard deviations."""
 
 Found = TypeVar("Found", bound=FoundPose)
 
@@ -134,11 +141,18 @@ def starts(stands: Array) -> list[Array]:
     return starts
 
 
-def fitted(residuals: Callable[[Array, Array], Array], prior: Array) -> tuple[Array, float]:
-    """Levenberg-Marquardt from the prior's middle; the pose and half its squared residuals."""
-    at, damping = prior.copy(), 1e-2
+def fitted_from(residuals: Residuals, priors: Sequence[Array]) -> list[tuple[Array, float]]:
+    """From the middle of every prior some steps, from where the most promising came to on to the end: poses, costs."""
+    begun = [(prior, *_fitted(residuals, prior, prior, FIRST_TURNS)) for prior in priors]
+    begun.sort(key=lambda fit: fit[2])
+    return [_fitted(residuals, prior, at, TURNS) for prior, at, _ in begun[:PROMISING]]
+
+
+def _fitted(residuals: Residuals, prior: Array, start: Array, turns: int) -> tuple[Array, float]:
+    """Levenberg-Marquardt; the pose and its squared residuals."""
+    at, damping = start.copy(), 1e-2
     now = residuals(at[None], prior)[0]
-    for _ in range(TURNS):
+    for _ in range(turns):
         moved = residuals(at + STEP * np.eye(len(at)), prior)
         slope = (moved - now).T / STEP
         square, down = slope.T @ slope, slope.T @ now
