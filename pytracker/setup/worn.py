@@ -33,7 +33,7 @@ from pytracker.setup.lag import GRID_S, Lag, banded, find_lags
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
-__all__ = ["CLEAR", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "put_on", "refined", "weighed"]
+__all__ = ["CLEAR", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "put_on", "weighed"]
 
 HELD = Ekf(
     corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05
@@ -47,8 +47,11 @@ HEADINGS_A_LAG = 2
 FINALISTS_AN_AXIS = 2
 FINALISTS = 6
 STEPS = (0.06, np.radians(8.0), np.radians(10.0), np.radians(10.0))
-"""First steps of clock, heading, and the axis about two others; they are halved so often:"""
-HALVINGS = 4
+"""First steps of clock, heading, and the axis about two others;"""
+LEVELS = ((0,), (1,), (2, 3))
+"""they are halved so often, and between these rounds what is hopeless is left out."""
+HOPELESS = 60.0
+"""What explains by so much log evidence less than the best is not made up for by smaller steps."""
 ALONG_DEG = 6.0
 """An IMU is strapped on with one of its axes along the forearm, give or take so much."""
 MOST_FRAMES = 750
@@ -129,7 +132,11 @@ def find_worn(
             best += _best(pool.map(partial(weighed, recording, sightings), ways), FINALISTS_AN_AXIS)
         # An axis that is given is not moved.
         fixed = (2, 3) if len(axes) == 1 else ()
-        return tuple(_best(pool.map(partial(refined, recording, sightings, fixed=fixed), best), FINALISTS))
+        for levels in LEVELS:
+            best = list(pool.map(partial(_refined, recording, sightings, fixed=fixed, levels=levels), best))
+            most = max((one.log_evidence for one in best), default=0.0)
+            best = [one for one in best if one.log_evidence > most - HOPELESS]
+        return tuple(_best(best, FINALISTS))
 
 
 def _acceleration(imu: Imu) -> Array:
@@ -231,22 +238,32 @@ def is_same(one: Worn, other: Worn, within: tuple[float, float, float] = SAME) -
     return all(distance < limit for distance, limit in zip(apart, within, strict=True))
 
 
-def refined(recording: ArmRecording, sightings: Sightings, worn: Worn, *, fixed: Collection[int] = ()) -> Worn:
-    """Moved to where it explains most: by steps of clock, heading and axis, but `fixed` ones, ever smaller."""
-    best = weighed(recording, sightings, worn)
-    steps = np.array(STEPS)
-    for _ in range(HALVINGS):
+def _refined(
+    recording: ArmRecording, sightings: Sightings, worn: Worn, *, fixed: Collection[int], levels: Collection[int]
+) -> Worn:
+    """Moved to where it explains most: by steps of clock, heading and axis, but `fixed` ones, halved so often."""
+    best = worn
+    known = {_place(best): best}
+    for level in levels:
+        steps = np.array(STEPS) / 2**level
         gains = True
         while gains:
             gains = False
             for which in sorted({*range(len(steps))} - {*fixed}):
                 for sign in (1.0, -1.0):
-                    tried = weighed(recording, sightings, _stepped(best, which, sign * steps[which]))
+                    step = _stepped(best, which, sign * steps[which])
+                    # Back to where it came from, and whatever was tried since the last gain, is known.
+                    tried = known.get(_place(step)) or weighed(recording, sightings, step)
+                    known[_place(step)] = tried
                     if tried.log_evidence > best.log_evidence + 0.5:
                         best, gains = tried, True
                         break
-        steps = steps / 2
     return best
+
+
+def _place(worn: Worn) -> tuple[float, ...]:
+    """The same for ways that are the same but for rounding."""
+    return tuple(round(float(x), 7) for x in (worn.offset_s, worn.heading_rad, *worn.axis))
 
 
 def _stepped(worn: Worn, which: int, by: float) -> Worn:
