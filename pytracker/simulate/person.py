@@ -25,6 +25,8 @@ SHIFT = 4
 """Fractional bits of OpenCV's drawing."""
 SHADES = 5
 CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 24)), np.sin(np.linspace(0, 2 * np.pi, 24))], axis=1)
+RIMS = [(1 - k / SHADES) * CIRCLE + k / SHADES * np.array([-0.25, -0.45]) for k in range(SHADES)]
+"""Of the shades of a limb's end, each within the one before and nearer to the light; of radius one."""
 NOISE_FIELDS = 8
 
 Colour = tuple[int, int, int]
@@ -163,14 +165,9 @@ class Painter:
         if not np.isfinite(pixels).all() or (scales <= 0).any():
             return
         shades = 1 if flat else SHADES
-        for shade in range(shades):
-            share = 1 - shade / shades
-            outline = np.concatenate(
-                [
-                    p + radius * scale * (share * CIRCLE + (1 - share) * np.array([-0.25, -0.45]))
-                    for p, radius, scale in zip(pixels, radii_m, scales, strict=True)
-                ]
-            )
+        (start, end), (start_px, end_px) = pixels, np.array(radii_m) * scales
+        for shade, rim in enumerate(RIMS[:shades]):
+            outline = np.concatenate([start + start_px * rim, end + end_px * rim])
             hull = cv2.convexHull(np.rint(outline * (1 << SHIFT)).astype(np.int32))
             light = 0.62 + 0.38 * (shade + 1) / shades
             paint = colour if isinstance(colour, int) else tuple(min(255.0, light * c) for c in colour)
