@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shutil
 from collections.abc import Callable, Iterator
@@ -58,6 +59,20 @@ def shown(edges: Image, blobs: Array | None = None, **more: Any) -> BodyEvidence
     return BodyEvidence(empty, edges, empty, none if blobs is None else blobs, none[:, 0], **more)
 
 
+def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
+    """A folder that `make` fills, made by whichever worker asks first, for all of them; copy it before changing it."""
+    root = factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        root = root.parent
+    folder, made = root / name, root / f"{name}.made"
+    with (root / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not made.exists():
+            make(folder)
+            made.touch()
+    return folder
+
+
 @pytest.fixture(scope="session")
 def shared() -> Callable[[str], Path]:
     """Path below the shared data; skips, or fails under `make acceptance`, where it is absent."""
@@ -100,7 +115,7 @@ def body(simulated_body: Path) -> pt.BodyRecording:
 def sensed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A body with both; copy it before changing it."""
     scene = pt.BodyScene(duration_s=5.0, keypoint_sd_px=3.0, imus=SEGMENTS)
-    return pt.simulate_body(tmp_path_factory.mktemp("sensed") / "body", scene, seed=4)
+    return made_once(tmp_path_factory, "sensed", lambda folder: pt.simulate_body(folder, scene, seed=4))
 
 
 @pytest.fixture

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import made_once
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
@@ -34,7 +35,7 @@ def simulated(seed: int, senses: tuple[str, ...], **scene: Any) -> tuple[pt.ArmR
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     scene = pt.ArmScene(worn=True, duration_s=6.0, senses=ALL)
-    return pt.simulate_arm(tmp_path_factory.mktemp("senses") / "arm", scene, 3)
+    return made_once(tmp_path_factory, "senses", lambda folder: pt.simulate_arm(folder, scene, 3))
 
 
 def load(folder: Path) -> pt.ArmRecording:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import IS_ACCEPTANCE
+from conftest import IS_ACCEPTANCE, made_once
 from scipy import stats
 
 import pytracker as pt
@@ -111,11 +111,21 @@ def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) 
     assert average_m(recording, freed, seeds) < average_m(recording, pt.Partitioned(), seeds)
 
 
+def people(factory: pytest.TempPathFactory, name: str, scene: pt.BodyScene) -> list[pt.BodyRecording]:
+    """Simulated ones of so many seeds."""
+
+    def make(folder: Path) -> None:
+        folder.mkdir()
+        for seed in range(1, PEOPLE + 1):
+            pt.simulate_body(folder / str(seed), scene, seed)
+
+    folder = made_once(factory, name, make)
+    return [load_body(folder / str(seed)) for seed in range(1, PEOPLE + 1)]
+
+
 @pytest.fixture(scope="module")
 def clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
-    folder = tmp_path_factory.mktemp("clips")
-    scene = pt.BodyScene(duration_s=4.0)
-    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, PEOPLE + 1)]
+    return people(tmp_path_factory, "clips", pt.BodyScene(duration_s=4.0))
 
 
 def test_more_particles_help_most_up_to_300(clips: list[pt.BodyRecording]) -> None:
@@ -134,8 +144,7 @@ def test_the_default_is_better_than_the_paper(clips: list[pt.BodyRecording]) -> 
 @pytest.fixture(scope="module")
 def hidden(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
     """People, both of whose forearms are hidden for ten frames."""
-    folder, scene = tmp_path_factory.mktemp("hidden"), pt.BodyScene(duration_s=5.0, hidden=((2.0, 2.334),))
-    return [load_body(pt.simulate_body(folder / str(seed), scene, seed)) for seed in range(1, PEOPLE + 1)]
+    return people(tmp_path_factory, "hidden", pt.BodyScene(duration_s=5.0, hidden=((2.0, 2.334),)))
 
 
 @pytest.mark.parametrize("method", [pt.BodyPlain(), pt.Partitioned()], ids=lambda m: m.name)

@@ -9,6 +9,7 @@ from typing import get_args
 import cv2
 import numpy as np
 import pytest
+from conftest import made_once
 from typer.testing import CliRunner
 
 import pytracker as pt
@@ -40,7 +41,7 @@ EVERY = [
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A worn arm that gestures, with everything in its recording.toml."""
     scene = pt.ArmScene(worn=True, pattern="gesture", period_s=2.0)
-    return pt.simulate_arm(tmp_path_factory.mktemp("setup") / "true", scene, 8)
+    return made_once(tmp_path_factory, "setup", lambda folder: pt.simulate_arm(folder, scene, 8))
 
 
 @pytest.fixture(scope="module")
