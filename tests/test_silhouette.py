@@ -12,6 +12,7 @@ import pytest
 import pytracker as pt
 from pytracker.evidence import Silhouette, SilhouetteParameters, median_background, senses_of
 from pytracker.evidence.silhouette import _region
+from pytracker.evidence.smaller import smaller, times_smaller
 from pytracker.formats.video import Frame, frames
 from pytracker.recording import fit_weak_perspective
 
@@ -197,17 +198,19 @@ def test_blobs_of_a_simulated_person_are_its_hands_and_head(tmp_path: Path, clot
 
 
 def test_every_real_clip_gives_evidence(shared: Callable[[str], Path]) -> None:
-    """Fifteen clips of three people; the background is the median over all of them."""
-    clips = {path.name: list(frames(path)) for path in sorted(shared("data/video/asl").glob("*.mkv"))}
-    assert len(clips) == 15
+    """Fifteen clips of three people, made smaller as for tracking; the background is the median over all of them."""
+    px_per_m, paths = 480.0, sorted(shared("data/video/asl").glob("*.mkv"))
+    assert len(paths) == 15
+    times = times_smaller(px_per_m, next(frames(paths[0])).image)
+    assert times > 1
+    clips = {path.name: [smaller(frame.image, times) for frame in frames(path)] for path in paths}
     pool = [clip[k] for clip in clips.values() for k in np.linspace(0, len(clip) - 1, 8).astype(int)]
-    extract = Silhouette(np.asarray(np.median([frame.image for frame in pool], axis=0), np.uint8), 480.0)
+    extract = Silhouette(np.asarray(np.median(pool, axis=0), np.uint8), px_per_m / times)
     for name, clip in clips.items():
-        found = [extract(frame.image) for frame in clip]
+        found = [extract(image) for image in clip]
         assert np.mean([f.foreground.any() and f.edges.any() for f in found]) == 1.0, name
-        if not name.startswith(("book", "learn", "school", "walk")):
-            # The orange pullover of these four has the colour of skin.
-            assert np.mean([len(f.blobs) >= 2 for f in found]) > 0.8, name
+        # Who signs "help" holds both hands before the face: one region in a quarter of the frames.
+        assert np.mean([len(f.blobs) >= 2 for f in found]) > (0.7 if name == "help.mkv" else 0.9), name
 
 
 def test_fit_of_the_projection_is_least_squares_with_its_bounds() -> None:
