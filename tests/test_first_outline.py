@@ -48,7 +48,11 @@ def farther_m(recording: pt.BodyRecording, place: Array, than: Array) -> float:
 
 
 def test_real_people_stand_where_their_outline_is(shared: Callable[[str], Path]) -> None:
-    """Arms hang, hands before the belly. Measured: 0 to 9 cm across, 3 in the mean; in depth shoulders at most 17."""
+    """Arms hang, hands before the belly, below short sleeves.
+
+    Measured: 0 to 10 cm across, 3.4 in the mean (4.3 were upper arms not taken to be bare); shoulders 16 in depth.
+    """
+    all_off = []
     for clip in ("21", "24", "31"):
         folder = shared(f"recordings/people-gesture-{clip}")
         recording = pt.load(folder)
@@ -61,9 +65,11 @@ def test_real_people_stand_where_their_outline_is(shared: Callable[[str], Path])
         off = [across_m(recording, found, joint, truth[joint][0]) for joint in ARMS]
         assert max(off) < 0.12
         assert np.mean(off) < 0.06
+        all_off += off
         joints = recording.skeleton.joints(found.channels(recording.skeleton)[None])
         for shoulder in ("left_shoulder", "right_shoulder"):
             assert abs(farther_m(recording, joints[shoulder][0], truth[shoulder][0])) < 0.2
+    assert np.mean(all_off) < 0.042
 
 
 def test_real_people_are_tracked_from_it(shared: Callable[[str], Path]) -> None:

@@ -20,8 +20,10 @@ from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 from pytracker.setup.pose_fit import (
+    ARM,
     CHANNELS,
     HIPS_M,
+    MIRRORED,
     SDS,
     FoundPose,
     along,
@@ -47,13 +49,11 @@ SD_M, MOST_M = 0.03, 0.10
 FOREGROUND_WEIGHT, SKIN_WEIGHT, ON_WEIGHT = 60.0, 40.0, 0.36
 """All points of a mask count as so many that are independent, and every place on a limb as so much of one."""
 ON_LIMB = (0.0, 0.5, 1.0)
-"""Where on a limb it is looked for foreground; and at the crown."""
+"""Where on a limb it is looked for foreground."""
 RIM_PX = 3
 """A foreground that ends so near the lower rim goes on beyond it: feet are not seen."""
 PLACE_SD_M = 0.06
 """Sideways and in height, where the outline is whole."""
-GIRTH_SD = 0.05
-"""Shares by which clothes and people are wider than limbs usually are."""
 MIRRORED_SD = np.radians(50.0)
 """Of one arm's angles against the other's."""
 LEAN_RAD = np.radians(-4.0)
@@ -70,10 +70,11 @@ EXPLAINED, ON_PERSON = 0.85, 0.85
 """Shares of the foreground's points within 5 cm of a limb, and of the limbs' places on the foreground, of what fits."""
 NEAR_M = 0.05
 
-Limb = tuple[Array, Array, Array]
-"""Ends `(K, 3)` and half-width `(K, 1)`, m."""
+Limb = tuple[Array, Array, float]
+"""Ends `(K, 3)`, m, and half-width, m."""
 SKINNED = slice(3, 10)
 """Of the limbs: head, then forearm, hand and the bare part of the upper arm of either side."""
+HANDS = (5, 8)
 SLEEVE = 0.6
 """So much of the upper arm, from the elbow up, may be bare."""
 
@@ -134,7 +135,7 @@ class _Fit:
         self._on_person = _some_of(evidence.foreground, box, POINTS)
         self._skin = None if evidence.skin_region is None else evidence.skin_region[0]
         self._on_skin = _some_of(evidence.skin, box, POINTS // 2)
-        self._sds = np.append(SDS, GIRTH_SD)
+        self._sds = SDS.copy()
         self._sds[3:6] = TURN_SDS
 
     def found(self, focal_sd: float) -> Outlined:
@@ -144,13 +145,13 @@ class _Fit:
             stands = self._stands(share)
             if self.is_whole:
                 self._sds[:3] = self._place_sds(stands)
-            priors += [np.append(start, 1.0) for start in starts(stands)]
+            priors += starts(stands)
         best, _ = min(fitted_from(self.residuals, priors), key=lambda fit: fit[1] + _lopsided(fit[0]))
         beside, on = self._beside(best[None])
         share = DISTANCE_SHARE if self.is_whole else 2.0 * DISTANCE_SHARE
         distance_sd_m = distance_sd(self.camera, best[None, :3], focal_sd, share)
         return Outlined(
-            named(zip(CHANNELS, best[:-1].tolist(), strict=True)),
+            named(zip(CHANNELS, best.tolist(), strict=True)),
             distance_sd_m,
             float((beside[0] < NEAR_M).mean()),
             float((on[0] < NEAR_M).mean()),
@@ -165,7 +166,7 @@ class _Fit:
         if self._skin is not None and len(self._on_skin):
             off = _beside_limbs(self._on_skin, limbs, pixels, px_per_m, range(len(limbs))[SKINNED])
             rows.append(_capped(off) * np.sqrt(SKIN_WEIGHT / off.shape[1]))
-            hands = np.stack([pixels[:, 2 * k + end] for k in (5, 8) for end in (0, 1)], axis=1)
+            hands = np.stack([pixels[:, 2 * k + end] for k in HANDS for end in (0, 1)], axis=1)
             rows.append(_capped(_off_mask(self._skin, hands) / px_per_m[:, None]) * np.sqrt(ON_WEIGHT))
         return np.concatenate([*rows, (values - prior) / self._sds], axis=1)
 
@@ -175,17 +176,16 @@ class _Fit:
     def _apart(self, limbs: list[Limb], pixels: Array, px_per_m: Array) -> tuple[Array, Array]:
         """How far points of the foreground are from limbs, and places on limbs from the foreground, m."""
         beside = _beside_limbs(self._on_person, limbs, pixels, px_per_m, range(len(limbs)))
-        ends = pixels[:, : 2 * len(limbs)].reshape(len(pixels), -1, 2, 2)
-        along_limbs = [ends[:, :, 0] + share * (ends[:, :, 1] - ends[:, :, 0]) for share in ON_LIMB]
-        on = np.concatenate([*along_limbs, pixels[:, 2 * len(limbs) :]], axis=1)
+        ends = pixels.reshape(len(pixels), -1, 2, 2)
+        on = np.concatenate([ends[:, :, 0] + share * (ends[:, :, 1] - ends[:, :, 0]) for share in ON_LIMB], axis=1)
         return beside, _off_mask(self._person, on) / px_per_m[:, None]
 
     def _posed(self, values: Array) -> tuple[list[Limb], Array, Array]:
-        """Limbs, their ends and the crown in the picture `(K, 2 L + 1, 2)`, px, and px/m `(K,)`."""
+        """Limbs, their ends in the picture `(K, 2 L, 2)`, px, and px/m `(K,)`."""
         poses = np.zeros((len(values), len(self.skeleton.channels)))
-        poses[:, self._columns] = values[:, :-1]
-        limbs, crown = _limbs(self.skeleton, poses, values[:, -1:] * self.height_m / USUAL_M)
-        ends = np.stack([*(end for a, b, _ in limbs for end in (a, b)), crown], axis=1)
+        poses[:, self._columns] = values
+        limbs = _limbs(self.skeleton, poses, self.height_m / USUAL_M)
+        ends = np.stack([end for a, b, _ in limbs for end in (a, b)], axis=1)
         pixels = self.camera.project(ends.reshape(-1, 3)).reshape(len(values), -1, 2)
         px_per_m = self.camera.px_per_m(ends[:, 0])
         return limbs, np.nan_to_num(pixels, nan=1e5), np.maximum(np.nan_to_num(px_per_m), 1e-3)
@@ -213,11 +213,8 @@ class _Fit:
         return np.maximum(PLACE_SD_M, np.abs(ray) * SIZE_SHARE)
 
 
-def _limbs(skeleton: Skeleton, poses: Array, wide: Array) -> tuple[list[Limb], Array]:
-    """Sides and middle of the trunk, head and what may be bare of the arms, upper arms and legs; the crown `(K, 3)`.
-
-    Limbs are so many times as `wide` `(K, 1)` as they usually are.
-    """
+def _limbs(skeleton: Skeleton, poses: Array, wide: float) -> list[Limb]:
+    """Sides and middle of the trunk, head and what may be bare of the arms, then upper arms, legs and feet."""
     near, ends, _ = skeleton.core.pose(poses)
 
     def at(bone: str, of: Array = ends) -> Array:
@@ -228,8 +225,8 @@ def _limbs(skeleton: Skeleton, poses: Array, wide: Array) -> tuple[list[Limb], A
     neck, head = at("upperneck", near), at("head")
     up = (head - neck) / np.linalg.norm(head - neck, axis=1, keepdims=True)
     trunk = [(hips[0], inner[0], 0.09), (hips[1], inner[1], 0.09), (at("lowerback", near), at("thorax"), 0.11)]
-    bare = [(neck, head + 0.03 * up, 0.085)]
-    others = []
+    bare: list[Limb] = [(neck, head + 0.03 * up, 0.085)]
+    others: list[Limb] = []
     for side, shoulder, hip in zip("lr", shoulders, hips, strict=True):
         elbow, wrist = at(f"{side}humerus"), at(f"{side}wrist")
         bare += [
@@ -243,13 +240,13 @@ def _limbs(skeleton: Skeleton, poses: Array, wide: Array) -> tuple[list[Limb], A
             (at(f"{side}femur"), at(f"{side}tibia"), 0.06),
             (at(f"{side}tibia"), at(f"{side}toes"), 0.04),
         ]
-    return [(a, b, wide * radius) for a, b, radius in (*trunk, *bare, *others)], head + CROWN_M * up
+    return [(a, b, wide * radius) for a, b, radius in (*trunk, *bare, *others)]
 
 
 def _lopsided(values: Array) -> float:
     """How unlike arms are that mirror each other: of what explains a frame as well, hands that meet do."""
-    left, right = values[6:10], values[10:14] * [1.0, -1.0, -1.0, 1.0]
-    return float((((left - right) / MIRRORED_SD) ** 2).sum())
+    left, right = (values[[CHANNELS.index(f"{side}{dof}") for dof in ARM]] for side in "lr")
+    return float((((left - MIRRORED * right) / MIRRORED_SD) ** 2).sum())
 
 
 def _some_of(mask: Image, box: Box, count: int) -> Array:

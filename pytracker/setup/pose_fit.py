@@ -17,7 +17,7 @@ from pytracker.rotation import Array, triple
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = [
-    "CHANNELS", "HIPS_M", "SDS", "FoundPose",
+    "ARM", "CHANNELS", "HIPS_M", "MIRRORED", "SDS", "FoundPose",
     "along", "distance_sd", "faced", "fitted_from", "named", "starts", "turn_to",
 ]  # fmt: skip
 
@@ -35,6 +35,8 @@ STARTS_DEG = {
     "sideways": (0.0, -10.0, 0.0, 10.0),
 }
 """The left arm's humerus and radius; the right one's is its mirror."""
+MIRRORED = np.array([1.0, -1.0, -1.0, 1.0])
+"""What takes the angles of one arm to those of the other that mirrors it."""
 HIPS_M = 0.93
 """Where the root is looked for first, above the floor."""
 DISTANCE_SHARE = 0.06
@@ -136,8 +138,7 @@ def starts(stands: Array) -> list[Array]:
     starts = []
     for left in STARTS_DEG.values():
         for right in STARTS_DEG.values():
-            mirrored = (right[0], -right[1], -right[2], right[3])
-            starts.append(np.array([*stands, *np.radians([*left, *mirrored])]))
+            starts.append(np.array([*stands, *np.radians([*left, *(MIRRORED * right)])]))
     return starts
 
 
