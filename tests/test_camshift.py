@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence import PatchSighting, PatchTracker, track_patch
+from pytracker.evidence import PatchSighting, PatchTracker, camshift, track_patch
 from pytracker.rotation import triple
 from pytracker.simulate import ArmSimulation
 from pytracker.simulate.scene import render
@@ -60,6 +60,29 @@ def test_an_empty_image_is_a_loss_not_an_error() -> None:
         assert not sighting.valid
         assert sighting.reason == reason
         assert np.isnan(sighting.pixel).all()
+
+
+@pytest.mark.parametrize("occlusions", [(), ((2.0, 2.6),)])
+def test_colour_about_the_patch_is_enough(
+    monkeypatch: pytest.MonkeyPatch, occlusions: tuple[tuple[float, float], ...]
+) -> None:
+    """To the bit as by the colour of the whole frame, beside something of the same colour that moves."""
+    scene = pt.ArmScene(duration_s=4.0, distractor=True, occlusions=occlusions)
+    _, found = render_and_track(scene)
+    monkeypatch.setattr(camshift, "ABOUT", 100.0)
+    monkeypatch.setattr(camshift, "SMALLER_PX", 1e6)
+    _, by_whole = render_and_track(scene)
+    assert [s.reason for s in found] == [s.reason for s in by_whole]
+    assert np.array_equal([s.pixel for s in found], [s.pixel for s in by_whole], equal_nan=True)
+
+
+def test_where_the_patch_leaves_what_is_about_it_the_whole_frame_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(camshift, "ABOUT", 0.0)
+    first, second = (np.full((120, 160, 3), 120, np.uint8) for _ in range(2))
+    first[40:60, 40:60] = second[44:64, 64:84] = (40, 200, 40)
+    tracker = PatchTracker(first, (38, 38, 24, 24))
+    # Of the patch half is beside the window and the rim about it.
+    assert tracker.update(second).pixel == pytest.approx((73.5, 53.5), abs=0.3)
 
 
 def test_a_repeated_frame_is_not_news() -> None:

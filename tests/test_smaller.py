@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 import pytracker as pt
 from pytracker.evidence import senses_of
 from pytracker.evidence.silhouette import read_background
-from pytracker.evidence.smaller import place_in_smaller, smaller, times_smaller
+from pytracker.evidence.smaller import place_in_frame, place_in_smaller, smaller, times_smaller
 from pytracker.formats.video import frames, probe
 from pytracker.recording import WeakPerspective
 
@@ -34,6 +34,7 @@ def test_the_camera_of_smaller_pictures_sees_a_point_where_it_lies_in_them(place
     for camera in (CAMERA, FAR):
         seen = camera.of_smaller(times)
         assert seen.project(at) == pytest.approx(place_in_smaller(camera.project(at), times), abs=1e-9)
+        assert camera.project(at) == pytest.approx(place_in_frame(seen.project(at), times), abs=1e-9)
         assert seen.px_per_m(at) == pytest.approx(camera.px_per_m(at) / times)
 
 

@@ -2,7 +2,7 @@
 
 | file | what |
 |---|---|
-| `camshift`, `sightings` | an arm's colour patch in one video, in all of them |
+| `patch_colour`, `camshift`, `sightings` | an arm's colour patch in a frame, in one video, in all of them |
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
 | `silhouette`, `skin`, `thresholds`, `smaller` | a body's foreground, edges and skin, in pictures as large as need be |
 | `keypoints`, `senses` | a detector's points; all that is seen of a frame |
@@ -14,8 +14,9 @@
 
 from __future__ import annotations
 
-from pytracker.evidence.camshift import CamshiftParameters, PatchSighting, PatchTrack, PatchTracker, track_patch
+from pytracker.evidence.camshift import PatchSighting, PatchTrack, PatchTracker, track_patch
 from pytracker.evidence.observations import observations
+from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.evidence.senses import Senses, senses_of
 from pytracker.evidence.sightings import Landmarks, Sightings, sight
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background

@@ -1,15 +1,15 @@
 """Following a colour patch: Camshift (Bradski 1998; Tao & Hu III-B) that knows when it is lost.
 
-The patch's histogram over hue and saturation is weighed against its surroundings, so that skin and table in
-the first box count for nothing. OpenCV's CamShift says nothing when it has lost the patch; here the mass, the
-area, the aspect and the jump of what it found are tested, a frame that fails is reported with a reason, and
-the patch is looked for again over the whole frame.
+OpenCV's CamShift says nothing when it has lost the patch; here the mass, the area, the aspect and the jump of what
+it found are tested, a frame that fails is reported with a reason, and the patch is looked for again over the whole
+frame. While it is followed, what is of its colour (`patch_colour`) is worked out about it alone, and what else is of it
+in a smaller picture.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -17,45 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.evidence.patch_colour import Box, CamshiftParameters, PatchColour, Piece
+from pytracker.evidence.smaller import LEAST_PX, place_in_frame, smaller
 from pytracker.formats.video import Frame, Image, frames
 
-__all__ = ["CamshiftParameters", "PatchSighting", "PatchTrack", "PatchTracker", "track_patch"]
+__all__ = ["PatchSighting", "PatchTrack", "PatchTracker", "track_patch"]
 
-Box = tuple[int, int, int, int]
 Float = NDArray[np.float64]
 
-
-@dataclass(frozen=True, kw_only=True)
-class CamshiftParameters:
-    """Thresholds of the patch tracker.
-
-    Attributes:
-        hue_bins: histogram cells over hue (180).
-        saturation_bins: histogram cells over saturation (256).
-        hue_width: how far from the patch's main hue a pixel of it may be, in OpenCV's half degrees.
-        min_saturation: greyer pixels say nothing about hue, 0-255.
-        min_value: darker pixels say nothing about hue, 0-255.
-        ring: width of the surroundings that the histogram is weighed against, in box sizes.
-        purity: back-projection from which a pixel counts as patch, 0-255.
-        min_mass: smallest share of the first frame's mass that is still the patch.
-        max_mass: largest.
-        max_aspect: largest ratio of the long to the short axis, relative to the first frame's.
-        max_jump: farthest the centre may move between frames, in patch sizes, beyond its own velocity.
-        agree: frames in which a patch found again must hold still enough before it is believed.
-    """
-
-    hue_bins: int = 45
-    saturation_bins: int = 16
-    hue_width: float = 15.0
-    min_saturation: int = 60
-    min_value: int = 40
-    ring: float = 1.0
-    purity: int = 128
-    min_mass: float = 0.25
-    max_mass: float = 3.0
-    max_aspect: float = 3.0
-    max_jump: float = 1.5
-    agree: int = 2
+ABOUT = 1.0
+"""Camshift is let go so many search windows to every side; where it leads out, in all of the picture."""
+REACH_PX = 12
+"""Camshift looks by 10 px beyond what it found, pixels are blurred over one."""
+SMALLER_PX = 8.0
+"""What stands beside the patch is looked for in a picture so small that the patch is no smaller than this."""
 
 
 @dataclass(frozen=True)
@@ -106,9 +81,8 @@ class PatchTracker:
 
     def __init__(self, image: Image, box: Box, parameters: CamshiftParameters | None = None) -> None:
         self.parameters = parameters or CamshiftParameters()
-        _check_box(image, box)
-        self._histogram = _contrast_histogram(_hsv(image), box, self.parameters)
-        found = self._measure(self._back_projection(image), box)
+        self._colour = PatchColour(image, box, self.parameters)
+        found = self._measure(self._colour.back_projection(image), box)
         if found is None or found.mass < 9:
             raise InputError(
                 f"patch box {list(box)} holds {0 if found is None else found.mass:.0f} pixels of a colour that its "
@@ -116,6 +90,7 @@ class PatchTracker:
             )
         self._first = found
         self._size = float(np.sqrt(found.mass))
+        self._times_smaller = int(max(1, min(self._size // SMALLER_PX, min(image.shape[:2]) // LEAST_PX)))
         self._centre = found.centre
         self._velocity = np.zeros(2)
         self._box = found.box
@@ -130,33 +105,35 @@ class PatchTracker:
             # A camera that was late shows its last image again: where the patch was then is not where it is now.
             return PatchSighting((np.nan, np.nan), False, "the frame repeats the one before", 1.0, self._box)
         self._last_image = image
-        back = self._back_projection(image)
         if self._lost:
-            found, reason = self._search(back)
+            found, reason = self._search(image)
         else:
-            found = self._measure(back, self._window(image))
+            found = self._follow(image)
             reason = self._fault(found)
         share = 0.0 if found is None else found.mass / self._first.mass
         if found is None or reason:
             self._lost = True
             return PatchSighting((np.nan, np.nan), False, reason, share, self._box)
-        self._accept(found, back)
+        self._accept(found, image)
         return PatchSighting((float(found.centre[0]), float(found.centre[1])), True, "", share, found.box)
 
-    def _accept(self, found: _Found, back: Image) -> None:
+    def _accept(self, found: Piece, image: Image) -> None:
         moved = found.centre - self._centre
         self._velocity = np.zeros(2) if self._lost else moved
         self._centre, self._box, self._lost = found.centre, found.box, False
         self._candidates = []
         # What stands beside the patch is not the patch: it must not be taken for it after a loss.
-        self._others = [other.centre for other in self._blobs(back) if not self._near(other.centre, found.centre)]
+        beside = (piece.centre for piece in self._pieces(image, self._times_smaller))
+        self._others = [centre for centre in beside if not self._near(centre, found.centre)]
 
-    def _back_projection(self, image: Image) -> Image:
-        p = self.parameters
-        hsv = _hsv(image)
-        back = cv2.calcBackProject([hsv], [0, 1], self._histogram, [0, 180, 0, 256], 1)
-        coloured = cv2.inRange(hsv, (0, p.min_saturation, p.min_value), (180, 255, 255))
-        return np.asarray(cv2.bitwise_and(back, coloured), dtype=np.uint8)
+    def _pieces(self, image: Image, times: int = 1) -> list[Piece]:
+        """Everything of the patch's colour that is not much smaller, looked for in a picture so many times smaller.
+
+        Centres are pixels of the frame, masses and boxes of the smaller picture.
+        """
+        back = self._colour.back_projection(smaller(image, times))
+        pieces = self._colour.pieces(back, self.parameters.min_mass * self._first.mass / times**2)
+        return [replace(piece, centre=place_in_frame(piece.centre, times)) for piece in pieces]
 
     def _window(self, image: Image) -> Box:
         """Where to look: the last window, carried on by the velocity, never smaller than the patch."""
@@ -166,25 +143,34 @@ class PatchTracker:
         u, v = self._centre + self._velocity
         return _clip((round(u - w / 2), round(v - h / 2), w, h), image)
 
-    def _measure(self, back: Image, window: Box) -> _Found | None:
-        """CamShift from `window`, then the centroid of the patch pixels about what it found."""
-        x, y, w, h = window
+    def _follow(self, image: Image) -> Piece | None:
+        """The patch from where it is expected, in the colours about there: the same as in those of all the picture."""
+        window = self._window(image)
+        about = _clip(_grown(window, round(ABOUT * max(window[2:])) + REACH_PX), image)
+        x, y, w, h = about
+        if w < 1 or h < 1:
+            return None
+        found = self._measure(self._colour.back_projection(image[y : y + h, x : x + w]), window, (x, y))
+        if found is not None and not _is_within(_clip(_grown(found.box, REACH_PX), image), about):
+            return self._measure(self._colour.back_projection(image), window)
+        return found
+
+    def _measure(self, back: Image, window: Box, at: tuple[int, int] = (0, 0)) -> Piece | None:
+        """CamShift from `window`, then the patch pixels about what it found; `back` begins at `at` of the frame."""
+        left, top = at
+        x, y, w, h = window[0] - left, window[1] - top, *window[2:]
         if w < 1 or h < 1 or not back[y : y + h, x : x + w].any():
             return None
         criteria = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 10, 1.0)
-        _, (x, y, w, h) = cv2.CamShift(back, window, criteria)
+        _, (x, y, w, h) = cv2.CamShift(back, (x, y, w, h), criteria)
         if w < 1 or h < 1:
             return None
-        margin = max(2, round(0.15 * max(w, h)))
-        x, y, w, h = _clip((x - margin, y - margin, w + 2 * margin, h + 2 * margin), back)
+        x, y, w, h = _clip(_grown((x, y, w, h), max(2, round(0.15 * max(w, h)))), back)
         inside = cv2.inRange(back[y : y + h, x : x + w], self.parameters.purity, 255)
-        m = cv2.moments(inside, binaryImage=True)
-        if m["m00"] < 1:
-            return None
-        centre = np.array([x + m["m10"] / m["m00"], y + m["m01"] / m["m00"]])
-        return _Found(centre, float(m["m00"]), _aspect(m), (x, y, w, h))
+        moments, place = cv2.moments(inside, binaryImage=True), (x + left, y + top)
+        return Piece.of(moments, moments["m00"], (*place, w, h), place) if moments["m00"] >= 1 else None
 
-    def _fault(self, found: _Found | None) -> str:
+    def _fault(self, found: Piece | None) -> str:
         """Why `found` is not the patch; empty where it is."""
         p = self.parameters
         if found is None:
@@ -205,11 +191,11 @@ class PatchTracker:
             return f"patch jumped by {jump:.1f} of its size"
         return ""
 
-    def _search(self, back: Image) -> tuple[_Found | None, str]:
+    def _search(self, image: Image) -> tuple[Piece | None, str]:
         """Look over the whole frame for the patch, passing over what already stood beside it."""
-        best: _Found | None = None
+        best: Piece | None = None
         others = []
-        for blob in self._blobs(back):
+        for blob in self._pieces(image):
             if any(self._near(blob.centre, other) for other in self._others):
                 others.append(blob.centre)
             elif self._looks_right(blob) and (best is None or blob.mass > best.mass):
@@ -221,40 +207,19 @@ class PatchTracker:
             return None, "patch not found again"
         return best, "" if self._agrees(best) else "patch found again, not yet believed"
 
-    def _blobs(self, back: Image) -> list[_Found]:
-        """Everything in the frame of the patch's colour that is not much smaller."""
-        patch = cv2.inRange(back, self.parameters.purity, 255)
-        contours, _ = cv2.findContours(patch, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-        found = []
-        for contour in contours:
-            m = cv2.moments(contour)
-            if m["m00"] >= self.parameters.min_mass * self._first.mass:
-                centre = np.array([m["m10"] / m["m00"], m["m01"] / m["m00"]])
-                x, y, w, h = cv2.boundingRect(contour)
-                found.append(_Found(centre, float(m["m00"]), _aspect(m), (x, y, w, h)))
-        return found
-
     def _near(self, a: Float, b: Float) -> bool:
         return _distance(a, b) < self.parameters.max_jump * self._size
 
-    def _looks_right(self, found: _Found) -> bool:
+    def _looks_right(self, found: Piece) -> bool:
         p = self.parameters
         share, aspect = found.mass / self._first.mass, found.aspect / self._first.aspect
         return p.min_mass <= share <= p.max_mass and aspect <= p.max_aspect
 
-    def _agrees(self, found: _Found) -> bool:
+    def _agrees(self, found: Piece) -> bool:
         """Whether it was already near here in the last frames: one look is not enough to believe it."""
         near = [c for c in self._candidates if self._near(c, found.centre)]
         self._candidates = [*near, found.centre]
         return len(self._candidates) >= self.parameters.agree
-
-
-@dataclass(frozen=True, eq=False)
-class _Found:
-    centre: Float
-    mass: float
-    aspect: float
-    box: Box
 
 
 def track_patch(
@@ -287,58 +252,18 @@ def _distance(a: Float, b: Float) -> float:
     return float(np.linalg.norm(a - b))
 
 
-def _hsv(image: Image) -> Image:
-    return np.asarray(cv2.cvtColor(cv2.GaussianBlur(image, (3, 3), 0), cv2.COLOR_BGR2HSV), dtype=np.uint8)
-
-
-def _check_box(image: Image, box: Box) -> None:
+def _grown(box: Box, by: int) -> Box:
     x, y, w, h = box
-    height, width = image.shape[:2]
-    if w < 2 or h < 2 or x < 0 or y < 0 or x + w > width or y + h > height:
-        raise InputError(
-            f"patch box {list(box)} (x, y, width, height), expected at least 2 px wide and high and inside the "
-            f"first frame of {width} x {height} px"
-        )
+    return x - by, y - by, w + 2 * by, h + 2 * by
 
 
-def _contrast_histogram(hsv: Image, box: Box, p: CamshiftParameters) -> NDArray[np.float32]:
-    """Per cell of hue and saturation, the chance (0-255) that a pixel of it belongs to the patch.
-
-    From how often the cell occurs in the box and in the ring around it, equally weighed.
-    """
-    x, y, w, h = box
-    coloured = cv2.inRange(hsv, (0, p.min_saturation, p.min_value), (180, 255, 255))
-    inside = np.zeros(hsv.shape[:2], dtype=np.uint8)
-    inside[y : y + h, x : x + w] = 255
-    reach_x, reach_y = round(w * (0.5 + p.ring)), round(h * (0.5 + p.ring))
-    ring = np.zeros_like(inside)
-    ring[max(0, y - reach_y) : y + h + reach_y, max(0, x - reach_x) : x + w + reach_x] = 255
-    ring[inside > 0] = 0
-    if (ring > 0).sum() < 0.5 * w * h:
-        raise InputError(
-            f"patch box {list(box)} leaves {int((ring > 0).sum())} px around it in the frame, expected half "
-            f"its own {w * h} px: draw it around the patch alone"
-        )
-
-    def share(mask: Image) -> NDArray[np.float32]:
-        counts = cv2.calcHist(
-            [hsv], [0, 1], cv2.bitwise_and(mask, coloured), [p.hue_bins, p.saturation_bins], [0, 180, 0, 256]
-        )
-        # A patch seen later is lit a little differently: let each cell speak for its neighbours. Hue wraps.
-        padded = np.concatenate([counts[-2:], counts, counts[:2]])
-        smooth = cv2.GaussianBlur(padded, (3, 3), 0.8)[2:-2]
-        return np.asarray(smooth / max(1, int((mask > 0).sum())), dtype=np.float32)
-
-    patch, around = share(inside), share(ring)
-    # Cells that hold next to nothing of the box are not its colour, whatever the ring holds.
-    enough = patch > 0.004
-    chance = np.where(enough, patch / (patch + around + 1e-9), 0.0)
-    # A patch has one hue: cells far from it are edges, where patch and skin mix.
-    hue = (np.arange(p.hue_bins) + 0.5) * 180 / p.hue_bins
-    main = hue[np.argmax((patch * chance).sum(axis=1))]
-    chance[np.abs((hue - main + 90) % 180 - 90) > p.hue_width] = 0.0
-    # Twice as common inside as around is where belief begins.
-    return np.asarray(255 * np.clip((chance - 0.5) / 0.4, 0.0, 1.0), dtype=np.float32)
+def _is_within(box: Box, other: Box) -> bool:
+    return (
+        box[0] >= other[0]
+        and box[1] >= other[1]
+        and box[0] + box[2] <= other[0] + other[2]
+        and box[1] + box[3] <= other[1] + other[3]
+    )
 
 
 def _clip(box: Box, image: Image) -> Box:
@@ -346,11 +271,3 @@ def _clip(box: Box, image: Image) -> Box:
     x0, y0 = min(max(box[0], 0), width - 1), min(max(box[1], 0), height - 1)
     x1, y1 = min(box[0] + box[2], width), min(box[1] + box[3], height)
     return x0, y0, max(x1 - x0, 0), max(y1 - y0, 0)
-
-
-def _aspect(m: dict[str, float]) -> float:
-    """Ratio of the long to the short axis of the pixels with moments `m`."""
-    xx, yy, xy = m["mu20"] / m["m00"], m["mu02"] / m["m00"], m["mu11"] / m["m00"]
-    mean, spread = 0.5 * (xx + yy), float(np.hypot(0.5 * (xx - yy), xy))
-    # A twelfth is the variance of one pixel: keeps lines of one pixel finite.
-    return float(np.sqrt((mean + spread + 1 / 12) / (max(mean - spread, 0.0) + 1 / 12)))

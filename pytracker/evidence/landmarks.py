@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
+from pytracker.evidence.camshift import PatchTrack, track_patch
 from pytracker.evidence.keypoints import with_spreads
+from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import Frame
 from pytracker.recording.keypoints import tallest

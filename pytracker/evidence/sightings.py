@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.evidence.camshift import CamshiftParameters, PatchTrack, track_patch
+from pytracker.evidence.camshift import PatchTrack, track_patch
 from pytracker.evidence.landmarks import Seen, joints_seen, wrist_seen
+from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array

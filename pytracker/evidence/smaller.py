@@ -14,7 +14,7 @@ import numpy as np
 from pytracker.formats.video import Frame, Image, as_image
 from pytracker.rotation import Array
 
-__all__ = ["place_in_smaller", "smaller", "smaller_frames", "times_smaller"]
+__all__ = ["place_in_frame", "place_in_smaller", "smaller", "smaller_frames", "times_smaller"]
 
 ENOUGH_PX_PER_M = 100.0
 """At least as many are left."""
@@ -47,3 +47,8 @@ def smaller_frames(source: Iterable[Frame], times: int) -> Iterator[Frame]:
 def place_in_smaller(pixels: Array, times: int) -> Array:
     """Where pixels of the frame `(..., 2)` lie in its smaller picture, px; pixel centres are at integers in both."""
     return (pixels + 0.5) / times - 0.5
+
+
+def place_in_frame(pixels: Array, times: int) -> Array:
+    """Where pixels of a picture that was made smaller `(..., 2)` lie in the frame, px."""
+    return (pixels + 0.5) * times - 0.5

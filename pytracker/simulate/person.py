@@ -28,6 +28,7 @@ CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 24)), np.sin(np.linspace(0, 
 RIMS = [(1 - k / SHADES) * CIRCLE + k / SHADES * np.array([-0.25, -0.45]) for k in range(SHADES)]
 """Of the shades of a limb's end, each within the one before and nearer to the light; of radius one."""
 NOISE_FIELDS = 8
+SOFT_PX = 9
 
 Colour = tuple[int, int, int]
 SKIN: Colour = (125, 158, 214)
@@ -51,6 +52,14 @@ class Limb:
     end: tuple[str, int]
     radii_m: tuple[float, float]
     wear: str
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A limb as it is painted: radii in m at either end, and a colour, or a grey level that is not lit."""
+
+    radii_m: tuple[float, float]
+    colour: Colour | int
 
 
 def limbs() -> tuple[Limb, ...]:
@@ -120,27 +129,34 @@ class Painter:
     def _shadowed(self, places: dict[str, tuple[Array, Array]]) -> Image:
         """The wall with the person's soft shadow, thrown down and to the side."""
         mask: Image = np.zeros(self.wall.shape[:2], np.uint8)
-        for limb in limbs():
-            ends = []
-            for bone, end in (limb.start, limb.end):
-                p = places[bone][end]
-                behind = p[2] - self.wall_z_m
-                ends.append(np.array([p[0] - 0.55 * behind, p[1] - 0.45 * behind, self.wall_z_m]))
-            self._capsule(mask, ends[0], ends[1], limb.radii_m, 255, flat=True)
-        soft = np.asarray(cv2.GaussianBlur(mask, (0, 0), 2.5), dtype=np.float32)
-        darkness = 1.0 - 0.35 * soft[..., None] / 255
-        return np.asarray(self.wall * darkness, dtype=np.uint8)
+        ends = np.array([[places[bone][end] for bone, end in (limb.start, limb.end)] for limb in limbs()])
+        behind = ends[:, :, 2:] - self.wall_z_m
+        on_wall = np.concatenate(
+            [ends[:, :, :2] - np.array([0.55, 0.45]) * behind, np.full_like(behind, self.wall_z_m)], 2
+        )
+        self._capsules(mask, on_wall, [Capsule(limb.radii_m, 255) for limb in limbs()], RIMS[:1])
+        x, y, w, h = cv2.boundingRect(mask)
+        # All that the blur reaches; beyond it nothing is dark.
+        rows, columns = (slice(max(first - SOFT_PX, 0), last + SOFT_PX) for first, last in ((y, y + h), (x, x + w)))
+        soft = np.asarray(cv2.GaussianBlur(mask[rows, columns], (0, 0), 2.5), dtype=np.float32)
+        image = self.wall.copy()
+        image[rows, columns] = image[rows, columns] * (1.0 - 0.35 * soft[..., None] / 255)
+        return image
 
     def _person(self, image: Image, places: dict[str, tuple[Array, Array]]) -> None:
         """Limbs from far to near."""
         forward = np.array(self.camera.rotation)[2]
         drawn = [(limb, places[limb.start[0]][limb.start[1]], places[limb.end[0]][limb.end[1]]) for limb in limbs()]
+        ends, capsules = [], []
         for limb, a, b in sorted(drawn, key=lambda item: -float(forward @ (item[1] + item[2]))):
-            self._capsule(image, a, b, limb.radii_m, self.colours[limb.wear])
+            ends.append((a, b))
+            capsules.append(Capsule(limb.radii_m, self.colours[limb.wear]))
             if limb.wear == "head":
                 # Hair on the top and the back of it.
                 up = (b - a) / max(float(np.linalg.norm(b - a)), 1e-9)
-                self._capsule(image, b + 0.035 * up, b + 0.055 * up, (0.080, 0.070), HAIR)
+                ends.append((b + 0.035 * up, b + 0.055 * up))
+                capsules.append(Capsule((0.080, 0.070), HAIR))
+        self._capsules(image, np.array(ends), capsules, RIMS)
 
     def _board(self, image: Image, a: Array, b: Array) -> None:
         pixels = SCALE * self.camera.project(np.stack([a, b]))
@@ -148,30 +164,22 @@ class Painter:
         corners = np.rint(np.array([low, [high[0], low[1]], high, [low[0], high[1]]])).astype(np.int32)
         cv2.fillConvexPoly(image, corners, (96, 110, 104), cv2.LINE_AA)
 
-    def _capsule(
-        self,
-        image: Image,
-        a: Array,
-        b: Array,
-        radii_m: tuple[float, float],
-        colour: Colour | int,
-        *,
-        flat: bool = False,
-    ) -> None:
-        """A tapered capsule, lit from above: narrower and lighter ones on top of each other."""
-        points = np.stack([a, b])
-        pixels = SCALE * self.camera.project(points)
-        scales = SCALE * self.camera.px_per_m(points)
-        if not np.isfinite(pixels).all() or (scales <= 0).any():
-            return
-        shades = 1 if flat else SHADES
-        (start, end), (start_px, end_px) = pixels, np.array(radii_m) * scales
-        for shade, rim in enumerate(RIMS[:shades]):
-            outline = np.concatenate([start + start_px * rim, end + end_px * rim])
-            hull = cv2.convexHull(np.rint(outline * (1 << SHIFT)).astype(np.int32))
-            light = 0.62 + 0.38 * (shade + 1) / shades
-            paint = colour if isinstance(colour, int) else tuple(min(255.0, light * c) for c in colour)
-            cv2.fillConvexPoly(image, hull, paint, cv2.LINE_AA, SHIFT)
+    def _capsules(self, image: Image, ends: Array, capsules: list[Capsule], rims: list[Array]) -> None:
+        """Between `ends` `(N, 2, 3)`, m, one after the other, lit from above: narrower and lighter ones on top."""
+        points = ends.reshape(-1, 3)
+        pixels = (SCALE * self.camera.project(points)).reshape(-1, 2, 2)
+        scales = (SCALE * self.camera.px_per_m(points)).reshape(-1, 2)
+        for (start, end), scale, capsule in zip(pixels, scales, capsules, strict=True):
+            if not (np.isfinite(start).all() and np.isfinite(end).all()) or (scale <= 0).any():
+                continue
+            start_px, end_px = np.array(capsule.radii_m) * scale
+            for shade, rim in enumerate(rims):
+                outline = np.concatenate([start + start_px * rim, end + end_px * rim])
+                hull = cv2.convexHull(np.rint(outline * (1 << SHIFT)).astype(np.int32))
+                light = 0.62 + 0.38 * (shade + 1) / len(rims)
+                paint = capsule.colour
+                lit = paint if isinstance(paint, int) else tuple(min(255.0, light * c) for c in paint)
+                cv2.fillConvexPoly(image, hull, lit, cv2.LINE_AA, SHIFT)
 
     def _finish(self, image: Image) -> Image:
         """To the camera's size, with the lens's blur and the sensor's noise."""

@@ -33,6 +33,7 @@ PATCH_HALF_M = np.array([0.020, 0.024, 0.010])
 DISTRACTOR_HALF_M = np.array([0.035, 0.035, 0.035])
 SAMPLES = 24
 SHADES = 7
+SOFT_PX = 16
 CIRCLE = np.stack([np.cos(np.linspace(0, 2 * np.pi, 32)), np.sin(np.linspace(0, 2 * np.pi, 32))], axis=1)
 NOISE_FIELDS = 16
 SHIFT = 4
@@ -102,8 +103,10 @@ def _capsule(
     depth = centres @ np.array(camera.rotation)[2] + camera.translation_m[2]
     size = camera.matrix[0][0] * radius / depth
     light = LIGHT / np.linalg.norm(LIGHT)
-    for share in np.linspace(1.0, 0.25, SHADES):
-        middle = camera.project(centres + ((1.0 - share) * radius)[:, None] * light)
+    shares = np.linspace(1.0, 0.25, SHADES)
+    towards_light = ((1.0 - shares)[:, None] * radius)[:, :, None] * light
+    middles = camera.project((centres + towards_light).reshape(-1, 3)).reshape(SHADES, 2, 2)
+    for share, middle in zip(shares, middles, strict=True):
         rim = middle[:, None] + (share * size)[:, None, None] * CIRCLE
         outline = cv2.convexHull(np.rint(rim.reshape(-1, 2) * (1 << SHIFT)).astype(np.int32))
         shade = 1.10 - 0.45 * share**2
@@ -154,8 +157,11 @@ def _shadow(image: Image, camera: Camera, elbow: Array, wrist: Array) -> None:
     for (x, y), r in zip(camera.project(ground), np.linspace(15, 10, SAMPLES), strict=True):
         if np.isfinite(x):
             cv2.circle(mask, (round(x), round(y)), round(r), 255, -1)
-    dark = cv2.GaussianBlur(mask, (0, 0), 5).astype(np.float32)[:, :, None] / 255 * 0.35
-    image[:] = (image * (1 - dark)).astype(np.uint8)
+    x, y, w, h = cv2.boundingRect(mask)
+    # All that the blur reaches; beyond it nothing is dark.
+    rows, columns = (slice(max(first - SOFT_PX, 0), last + SOFT_PX) for first, last in ((y, y + h), (x, x + w)))
+    dark = cv2.GaussianBlur(mask[rows, columns], (0, 0), 5).astype(np.float32)[:, :, None] / 255 * 0.35
+    image[rows, columns] = (image[rows, columns] * (1 - dark)).astype(np.uint8)
 
 
 def _background(camera: Camera, shoulder: Array, rng: np.random.Generator) -> Image:

@@ -142,8 +142,11 @@ impl Region {
         if distance.len() != width * height {
             return Err(Error::Size { name: "region", got: distance.len(), unit: "pixels", expected: width * height });
         }
-        if let Some(odd) = distance.iter().find(|d| d.is_nan() || **d < 0.0) {
-            require(false, "distance to a region", f64::from(*odd), "0 px or more")?;
+        // Without leaving early it is many pixels at once.
+        let is_odd = |d: &f32| d.is_nan() || *d < 0.0;
+        if distance.iter().fold(false, |odd, d| odd | is_odd(d)) {
+            let odd = distance.iter().copied().find(is_odd).map_or(f64::NAN, f64::from);
+            require(false, "distance to a region", odd, "0 px or more")?;
         }
         if let Some(odd) = points.iter().flatten().find(|x| x.is_nan() || x.abs() > 16384.0) {
             require(false, "point of a region", *odd, "a pixel")?;
