@@ -324,3 +324,17 @@ def test_a_right_recording_is_right(simulated: Path) -> None:
     assert verdicts["clock"] == verdicts["heading"] == "right"
     assert [finding for finding in found.findings if finding.writes] == []
     assert "Nothing is missing or wrong." in render_check(found)
+
+
+def test_what_cannot_be_tracked_is_not_ready(tmp_path: Path) -> None:
+    """A track of which most frames are not to be used was doubtful, and the check had no complaint."""
+    folder = pt.simulate_arm(tmp_path / "hidden", pt.ArmScene(duration_s=5.0, occlusions=((1.5, 5.0),)), 3)
+    draft = Draft(folder)
+    draft.set("imu.offset_s", 0.0)
+    draft.set("imu.heading_deg", 0.0)
+    draft.save()
+    found = pt.setup.check(folder)
+    (said,) = (finding for finding in found.findings if finding.what == "the track")
+    assert said.verdict == "wrong"
+    assert "frames (70%) are not valid, do not use them: patch not found again" in said.evidence
+    assert not found.is_ready

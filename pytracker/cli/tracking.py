@@ -28,7 +28,7 @@ from pytracker.report.index import render_index
 from pytracker.report.labels import HELD
 from pytracker.report.tables import plain, read_run, read_track
 from pytracker.scores.evaluate import held
-from pytracker.tracking.doubts import unbelieved
+from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.fits import why_unfit
 from pytracker.tracking.track import default_method
 
@@ -62,9 +62,6 @@ SHOWN: Mapping[str, tuple[Method, ...]] = {"arm": ARM_METHODS, "body": BODY_SHOW
 
 PAPERS = {"arm": "layered", "body": "plain"}
 """The papers' own."""
-
-FEW_VALID = 0.5
-"""Fewer valid frames than this share, and the run failed: what there is of it is written all the same."""
 
 
 def _of_use(recording: pt.Recording) -> tuple[Method, ...]:
@@ -158,7 +155,8 @@ def track(
     if recording.truth is not None:
         print_comparison([result], quiet)
     say(f"wrote {out}", quiet)
-    if result.valid.mean() < FEW_VALID:
+    if is_unusable(result):
+        # What there is of it is written all the same.
         raise typer.Exit(1)
 
 

@@ -6,7 +6,7 @@
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
 | `silhouette`, `skin`, `thresholds`, `smaller` | a body's foreground, edges and skin, in pictures as large as need be |
 | `keypoints`, `senses` | a detector's points; all that is seen of a frame |
-| `observations` | what a tracker takes, streamed in order of time |
+| `observations`, `ahead` | what a tracker takes, streamed in order of time; one frame ahead |
 | `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |
 | `borne_out`, `ambiguity`, `points_borne_out`, `trunk`, `stature` | whether pictures, skin, keypoints bear a pose out |
 | `coloured`, `boards` | coloured things that move; calibration boards |

@@ -7,7 +7,6 @@ import itertools
 import time
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from functools import singledispatch
 from operator import attrgetter
 from typing import TypeVar
@@ -15,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from pytracker._core import InputError, Observation
+from pytracker.evidence.ahead import ahead
 from pytracker.evidence.senses import Senses, senses_of
 from pytracker.evidence.sightings import Landmarks, Progress, Sightings, sight
 from pytracker.formats.video import frames
@@ -161,7 +161,7 @@ def _check_times(what: str, time_s: Array) -> None:
 def _(recording: BodyRecording, evidence: Sightings | Senses | None = None) -> Iterator[Observation]:
     senses = _given(evidence, recording, Senses)
     worn = [_worn(imu, sd_rad) for imu, sd_rad in zip(recording.imus, recording.imu_sds_rad, strict=True)]
-    return heapq.merge(*worn, _ahead(recording, senses), key=TIME)
+    return heapq.merge(*worn, ahead(_timed(_pictures(recording, senses), senses)), key=TIME)
 
 
 def _worn(imu: Imu, sd_rad: float) -> Iterator[Observation]:
@@ -184,18 +184,12 @@ def _pictures(recording: BodyRecording, senses: Senses) -> Iterator[Observation]
         yield Observation.picture(view.start_s + k / view.rate_hz, senses.without_picture(k), k)
 
 
-def _ahead(recording: BodyRecording, senses: Senses) -> Iterator[Observation]:
-    """Every frame, one ahead of whoever asks: decoding and OpenCV let the interpreter go."""
-    source = _pictures(recording, senses)
-
-    def work() -> Observation | None:
-        at = time.perf_counter()
+def _timed(source: Iterator[Observation], senses: Senses) -> Iterator[Observation]:
+    """The same; how long it took is added up."""
+    while True:
+        began = time.perf_counter()
         found = next(source, None)
-        senses.run_s += time.perf_counter() - at
-        return found
-
-    with ThreadPoolExecutor(1) as pool:
-        coming = pool.submit(work)
-        while (found := coming.result()) is not None:
-            coming = pool.submit(work)
-            yield found
+        senses.run_s += time.perf_counter() - began
+        if found is None:
+            return
+        yield found

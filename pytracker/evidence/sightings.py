@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.evidence.ahead import ahead
 from pytracker.evidence.camshift import PatchTrack, track_patch
 from pytracker.evidence.landmarks import Seen, joints_seen, wrist_seen
 from pytracker.evidence.patch_colour import CamshiftParameters
@@ -143,7 +144,7 @@ def sight(
 
 
 def _film(video: Path, where: str, progress: Progress | None, stage: str) -> Iterator[Frame]:
-    return _counted(frames(video), stage + where, progress)
+    return _counted(ahead(frames(video)), stage + where, progress)
 
 
 def _counted(source: Iterator[Frame], stage: str, progress: Progress | None) -> Iterator[Frame]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -47,21 +48,33 @@ class Camera:
 
     def project(self, points: Array) -> Array:
         """Pixels `(T, 2)` of world points `(T, 3)`; NaN behind the camera."""
-        p = points @ np.array(self.rotation).T + np.array(self.translation_m)
+        matrix, rotation, translation = self._arrays
+        p = points @ rotation.T + translation
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = p[:, 0] / p[:, 2], p[:, 1] / p[:, 2]
+        if any(self.distortion):
+            x, y = self._distorted(x, y)
+        homogeneous = np.stack([x, y, np.ones_like(x)], axis=1) @ matrix.T
+        homogeneous[p[:, 2] <= 0] = np.nan
+        return np.ascontiguousarray(homogeneous[:, :2])
+
+    @cached_property
+    def _arrays(self) -> tuple[Array, Array, Array]:
+        """Intrinsics, rotation and translation."""
+        return np.array(self.matrix), np.array(self.rotation), np.array(self.translation_m)
+
+    def _distorted(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Where its lens puts what a pinhole has at these places of the normalised picture, each `(T,)`."""
         k1, k2, p1, p2, k3 = self.distortion
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
         xd = x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
         yd = y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
-        homogeneous = np.stack([xd, yd, np.ones_like(xd)], axis=1) @ np.array(self.matrix).T
-        homogeneous[p[:, 2] <= 0] = np.nan
-        return np.ascontiguousarray(homogeneous[:, :2])
+        return xd, yd
 
     def px_per_m(self, points: Array) -> Array:
         """Pixels per metre across the viewing direction at world points `(T, 3)`, `(T,)`."""
-        depth = points @ np.array(self.rotation)[2] + self.translation_m[2]
+        depth = points @ self._arrays[1][2] + self.translation_m[2]
         return np.asarray(0.5 * (self.matrix[0][0] + self.matrix[1][1]) / depth)
 
     def viewing_directions(self, points: Array) -> Array:
@@ -96,7 +109,8 @@ class Camera:
     @property
     def position_m(self) -> Array:
         """Where the camera stands, world, m `(3,)`."""
-        return np.asarray(-np.array(self.rotation).T @ np.array(self.translation_m))
+        _, rotation, translation = self._arrays
+        return np.asarray(-rotation.T @ translation)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -29,7 +29,7 @@ from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.lag import GRID_S, banded, find_lags
 from pytracker.setup.worn import Worn
-from pytracker.tracking.doubts import unbelieved
+from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.found import Found, found_by
 from pytracker.tracking.track import default_method, track
 from pytracker.tracking.tracks import Track
@@ -206,17 +206,18 @@ def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:
     try:
         recording = load(folder)
     except (InputError, OSError) as error:
-        verdict: Verdict = "missing" if " is missing" in str(error) else "wrong"
-        return None, [Finding("the whole recording", verdict, str(error))]
+        lacks: Verdict = "missing" if " is missing" in str(error) else "wrong"
+        return None, [Finding("the whole recording", lacks, str(error))]
     found = [Finding("as it is loaded", "doubtful", words) for words in recording.warnings]
     try:
         result = track(recording, default_method(recording))
     except (InputError, TrackingError) as error:
         return None, [*found, Finding("the whole recording", "wrong", str(error))]
     found += _constants(found_by(result))
-    said = (*unbelieved(result), *result.doubts)
-    found += [Finding("the track", "doubtful", words) for words in said]
-    if not said:
+    verdict: Verdict = "wrong" if is_unusable(result) else "doubtful"
+    found += [Finding("the track", verdict, words) for words in unbelieved(result)]
+    found += [Finding("the track", "doubtful", words) for words in result.doubts]
+    if not (unbelieved(result) or result.doubts):
         share = float(result.valid.mean())
         found.append(Finding("the track", "right", f"{share:.0%} of {len(result.valid)} frames are valid"))
     return result, found

@@ -27,7 +27,7 @@ from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track, where_of
 from pytracker.tracking.upper_arm import of_upper_arm
 
-__all__ = ["doubts", "unbelieved"]
+__all__ = ["doubts", "is_unusable", "unbelieved"]
 
 PROBE = Mixture(components=1)
 """Fast, and its log evidence is that of what was seen: for any suspect."""
@@ -66,6 +66,8 @@ ABOVE = -0.1
 """No captured arm's elbow hangs less than 0.27 (`pytracker.tracking.swivel`)."""
 FEW_UNSEEN = 0.2
 """Fewer frames without the patch are usual."""
+FEW_VALID = 0.5
+"""Fewer valid frames are no track."""
 
 
 @functools.singledispatch
@@ -218,6 +220,11 @@ def unbelieved(track: Track) -> tuple[str, ...]:
     named = ", ".join(f"{words} ({count})" for words, count in counts.most_common(3))
     share = bad / len(track.valid)
     return (f"{bad} of {len(track.valid)} frames ({share:.0%}) are not valid, do not use them: {named}",)
+
+
+def is_unusable(track: Track) -> bool:
+    """Whether most of its frames are not to be believed."""
+    return bool(track.valid.mean() < FEW_VALID)
 
 
 Track.doubter = staticmethod(doubts)
