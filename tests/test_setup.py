@@ -338,3 +338,11 @@ def test_what_cannot_be_tracked_is_not_ready(tmp_path: Path) -> None:
     assert said.verdict == "wrong"
     assert "frames (70%) are not valid, do not use them: patch not found again" in said.evidence
     assert not found.is_ready
+
+
+def test_a_clock_is_not_told_of_a_patch_that_is_hardly_seen(tmp_path: Path) -> None:
+    """Two seconds of it were laid 1.5 s beside where they belong, to 0.01 s."""
+    folder = pt.simulate_arm(tmp_path / "hidden", pt.ArmScene(duration_s=8.0, occlusions=((1.5, 7.5),)), 3)
+    (said,) = (finding for finding in pt.setup.check(folder).findings if finding.what == "clock")
+    assert said.verdict == "cannot be told"
+    assert not said.writes

@@ -29,7 +29,8 @@ FROM_Y_DEG = 25.0
 def check_clock(lags: tuple[Lag, ...], offset_s: float | None) -> Finding:
     """From the movement alone, where camera or arm are not known yet."""
     if not lags:
-        return Finding("clock", "cannot be told", "patch and IMU never move alike for long enough, or never overlap")
+        words = "the patch is hardly seen, or patch and IMU never move alike for long enough or never overlap"
+        return Finding("clock", "cannot be told", words)
     best = lags[0]
     words = (
         f"the patch moves as the IMU does with an offset of {best.offset_s:+.2f} s: {best.explained:.0%} of its way in "

@@ -23,8 +23,8 @@ LEAST_OVERLAP_S = 4.0
 LEAST_SHARE = 0.35
 """Shorter overlaps than this share of the shorter recording are not tried."""
 MOST_EXPLAINED = 0.995
-LEAST_SEEN = 20
-"""Frames that show the patch; fewer show no movement."""
+LEAST_SEEN_S = 4.0
+"""For so long the patch must be seen: between what is seen a way is made up, and laid over anything."""
 PEAKS = 60
 APART_S = 0.15
 WORTH = 0.45
@@ -70,12 +70,12 @@ def banded(time_s: Array, values: Array, *, integrations: int = 0) -> tuple[floa
 
 
 def find_lags(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) -> tuple[Lag, ...]:
-    """The best ways to lay them over each other, best first; none where they never overlap for long enough.
+    """The best ways to lay them over each other, best first; none where too little is seen or they overlap too briefly.
 
     `pixels` `(T, 2)` are where the patch was at `frame_s`, by the video's clock; `acceleration` `(M, 3)` is the IMU's
     in its own earth frame without gravity, by its own clock.
     """
-    if np.isfinite(pixels).all(axis=1).sum() < LEAST_SEEN:
+    if len(frame_s) < 2 or np.isfinite(pixels).all(axis=1).sum() * np.median(np.diff(frame_s)) < LEAST_SEEN_S:
         return ()
     camera_start, camera = banded(frame_s, pixels)
     imu_start, imu = banded(imu_s, acceleration, integrations=2)
