@@ -44,8 +44,8 @@ rust-tests:
 
 test-keypoints: ## The detector's own tests, in an environment of its own: MediaPipe wants NumPy 1
 	test -x $(KEYPOINTS)/bin/python || $(PYTHON) -m venv $(KEYPOINTS)
-	$(KEYPOINTS)/bin/python -m pip install -q --disable-pip-version-check '.[keypoints]' pytest hypothesis
-	cd tests && ../$(KEYPOINTS)/bin/python -m pytest test_detector.py
+	$(KEYPOINTS)/bin/python -m pip install -q --disable-pip-version-check '.[keypoints]' pytest pytest-xdist hypothesis
+	cd tests && ../$(KEYPOINTS)/bin/python -m pytest -n 2 --dist worksteal test_detector.py
 
 acceptance: $(VENV)/.installed ## The same with every seed, failing where the shared data is absent
 	PYTRACKER_ACCEPTANCE=1 $(BIN)/python -m pytest -n 2 --dist worksteal
