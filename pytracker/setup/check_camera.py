@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, check_camera
+from pytracker.evidence.ahead import ahead
 from pytracker.evidence.camshift import track_patch
 from pytracker.evidence.coloured import Candidate, find_candidates
 from pytracker.evidence.landmarks import wrist_seen
@@ -143,11 +144,12 @@ def follow(draft: Draft, box: tuple[int, ...] | None) -> tuple[Finding, Sighting
     file = draft.file("camera.video")
     assert file is not None
     try:
+        film = ahead(frames(file))
         if box is None:
-            track = wrist_seen(_keypoints(draft, file), str(draft.get("arm.side") or "right"), frames(file))
+            track = wrist_seen(_keypoints(draft, file), str(draft.get("arm.side") or "right"), film)
         else:
             x, y, w, h = box
-            track = track_patch(frames(file), (x, y, w, h))
+            track = track_patch(film, (x, y, w, h))
     except (InputError, OSError, ValueError) as error:
         return Finding("patch, followed", "wrong", str(error)), None
     sightings = Sightings.of(track.time_s + float(draft.get("camera.start_s") or 0.0), track.pixel)
