@@ -24,6 +24,8 @@ help: ## Show this list
 $(VENV)/.installed: $(RUST)
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[dev]'
+	@# pip does this for all but what is editable, and not every environment lets Python do it itself.
+	$(BIN)/python -m compileall -q pytracker
 	touch $@
 
 demo: $(VENV)/.installed ## Simulate a recording, track it by every method, write report/index.html
