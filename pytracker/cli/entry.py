@@ -50,9 +50,14 @@ def _options(
     del debug, version
 
 
+_taken: list[int] = []
+"""Signals that stop this run."""
+
+
 def _stop(number: int, frame: object) -> None:
     """Leave and clean up, runs in flight first; at a second signal at once."""
     del frame
+    _taken.append(number)
     signal.signal(number, signal.SIG_DFL)
     with contextlib.suppress(OSError):  # the terminal that would show it may be what went away
         print("pytracker: stopping (again: at once)", file=sys.stderr)
@@ -93,18 +98,23 @@ def main() -> None:
         # Whoever read what we print has left, as `head` does: nothing is wrong, and nobody to tell.
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         sys.exit(128 + 13)
-    except (pt.InputError, pt.TrackingError, OSError) as error:
-        if debug:
-            raise
-        print(f"pytracker: {error}", file=sys.stderr)
-        sys.exit(1 if isinstance(error, pt.TrackingError) else 2)
-    except MemoryError:
-        if debug:
-            raise
-        print("pytracker: out of memory, expected fewer particles or a shorter recording", file=sys.stderr)
-        sys.exit(1)
     except Exception as error:
-        if debug:
+        if debug and not _taken:
             raise
-        print(f"pytracker: internal error: {type(error).__name__}: {error} (--debug shows where)", file=sys.stderr)
-        sys.exit(1)
+        sys.exit(_told(error))
+
+
+def _told(error: Exception) -> int:
+    """The exit status after an error, which is printed."""
+    if _taken:
+        # On its way out a signal became another: a module that is being imported says "initialization failed".
+        return 128 + _taken[0]
+    if isinstance(error, pt.InputError | pt.TrackingError | OSError):
+        print(f"pytracker: {error}", file=sys.stderr)
+        return 1 if isinstance(error, pt.TrackingError) else 2
+    if isinstance(error, MemoryError):
+        words = "out of memory, expected fewer particles or a shorter recording"
+    else:
+        words = f"internal error: {type(error).__name__}: {error} (--debug shows where)"
+    print(f"pytracker: {words}", file=sys.stderr)
+    return 1
