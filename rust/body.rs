@@ -33,6 +33,7 @@ pub mod figure;
 pub mod filter;
 mod forward;
 mod gaussians;
+mod jacobian;
 pub mod joints;
 mod lanes;
 pub mod method;

@@ -12,7 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from pytracker.formats.video import Image, frames
+from pytracker.formats.video import Image, as_image, frames
 from pytracker.rotation import Array
 
 __all__ = ["Candidate", "find_candidates"]
@@ -61,10 +61,13 @@ def find_candidates(video: Path) -> tuple[Candidate, ...]:
             break
         factor = min(1.0, LONG_SIDE_PX / max(frame.image.shape[:2]))
         small = cv2.resize(frame.image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-        hsv = cv2.cvtColor(small, cv2.COLOR_BGR2HSV)
+        hsv = as_image(cv2.cvtColor(small, cv2.COLOR_BGR2HSV))
         times.append(frame.time_s)
+        counts = _pixels_of_hues(hsv)
         for hue in HUES:
-            pieces[hue].append(_largest(np.asarray(hsv, dtype=np.uint8), hue))
+            # Most bands hold next to nothing: no piece of them is large enough.
+            is_worth = counts[np.arange(hue - HALF_BAND, hue + HALF_BAND + 1) % 180].sum() >= LEAST_AREA_PX
+            pieces[hue].append(_largest(hsv, hue) if is_worth else None)
     found = [c for hue in HUES if (c := _candidate(hue, np.array(times), pieces[hue], factor)) is not None]
     found.sort(key=_looseness)
     kept: list[Candidate] = []
@@ -75,21 +78,32 @@ def find_candidates(video: Path) -> tuple[Candidate, ...]:
     return tuple(kept)
 
 
+def _pixels_of_hues(hsv: Image) -> Array:
+    """How many pixels that are coloured are of each hue `(180,)`."""
+    coloured = cv2.inRange(hsv, (0, LEAST_SATURATION, LEAST_VALUE), (179, 255, 255))
+    return np.asarray(cv2.calcHist([hsv], [0], coloured, [180], [0, 180]), dtype=np.float64).ravel()
+
+
 def _largest(hsv: Image, hue: int) -> tuple[float, float, float, int, int, int, int] | None:
     """Centre, area and box of a band's largest piece."""
     low, high = hue - HALF_BAND, hue + HALF_BAND
     mask = cv2.inRange(hsv, (max(low, 0), LEAST_SATURATION, LEAST_VALUE), (min(high, 179), 255, 255))
     if low < 0:
         mask = cv2.bitwise_or(mask, cv2.inRange(hsv, (180 + low, LEAST_SATURATION, LEAST_VALUE), (179, 255, 255)))
-    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    count, _, stats, centres = cv2.connectedComponentsWithStats(mask)
+    x, y, w, h = cv2.boundingRect(mask)
+    # With a rim of nothing, which it is opened against; from even places, as OpenCV counts pieces by blocks of two and of
+    # those that are as large the first is taken.
+    left, top = max(x - 1, 0) // 2 * 2, max(y - 1, 0) // 2 * 2
+    inside = cv2.morphologyEx(mask[top : y + h + 1, left : x + w + 1], cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    count, _, stats, centres = cv2.connectedComponentsWithStats(inside)
     if count < 2:
         return None
     k = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
     x, y, w, h, area = (int(value) for value in stats[k])
     if area < LEAST_AREA_PX or area > MOST_AREA_SHARE * mask.size:
         return None
-    return float(centres[k][0]), float(centres[k][1]), float(area), x, y, w, h
+    u, v = centres[k]
+    return left + float(u), top + float(v), float(area), left + x, top + y, w, h
 
 
 def _candidate(

@@ -4,11 +4,12 @@
 //! state turns, and the wanted points sit still in a segment's frame. So a particle costs what its free channels cost.
 
 use super::forward::forward;
+use super::jacobian::Posed;
 use super::segment::{Segment, Source, Turn};
 use crate::particles::Block;
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Matrix3xX, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Frames that differ by less are the same: a billionth of a millimetre at arm's length.
@@ -146,6 +147,23 @@ impl SubModel {
             pose[*channel] = *value;
         }
         pose
+    }
+
+    /// The segments in one state `(D,)`.
+    pub(super) fn posed(&self, state: &[f64]) -> Posed<'_> {
+        Posed::new(&self.segments, state)
+    }
+
+    /// Where a point is in a pose of the segments: world, m.
+    pub(super) fn at(&self, posed: &Posed<'_>, point: usize) -> Vector3<f64> {
+        let (segment, place) = &self.points[point];
+        posed.at(*segment, place)
+    }
+
+    /// How it moves with the state, `(3, D)`.
+    pub(super) fn slope(&self, posed: &Posed<'_>, point: usize) -> Matrix3xX<f64> {
+        let (segment, place) = &self.points[point];
+        posed.slope(*segment, place, self.dim())
     }
 
     /// Leave out segments that carry no point, such as legs that nobody asks for.
@@ -290,12 +308,42 @@ mod tests {
             for i in 0..count {
                 let state = &rows[(first + i) * free.len()..(first + i + 1) * free.len()];
                 let posed = skeleton.pose(&model.pose(state)).unwrap();
+                let alone = model.posed(state);
                 for (p, place) in places.iter().enumerate() {
                     let expected = posed.starts[place.bone].lerp(&posed.ends[place.bone], place.along);
+                    assert!((model.at(&alone, p) - expected).amax() < 1e-13, "case {case}");
                     for d in 0..3 {
                         assert!((out[(3 * p + d) * count + i] - expected[d]).abs() < 1e-13, "case {case}");
                     }
                 }
+            }
+        }
+    }
+
+    /// How a point moves is the difference between a state and its neighbours, of whatever is free, in a turned world too.
+    #[test]
+    fn slopes_are_those_of_the_points() {
+        const STEP: f64 = 1e-6;
+        let skeleton = skeleton();
+        let channels = skeleton.channels().count();
+        let places: Vec<Place> =
+            (0..6).map(|bone| Place { bone, along: 0.6, aside: Vector3::new(0.03, -0.1, 0.05) }).collect();
+        let mut rng = Streams::new(4, 5, 6).block(0);
+        for case in 0..20_usize {
+            let pose: Vec<f64> = (0..channels).map(|_| rng.random::<f64>() * 4.0 - 2.0).collect();
+            let free: Vec<usize> = (0..channels).filter(|c| case == 0 || !(c + case).is_multiple_of(3)).collect();
+            let within = (case % 2 == 1).then(|| fixed_axes_rotation([0.4, -0.2, 0.1 * case as f64], [0, 1, 2]));
+            let model = SubModel::new(&skeleton, &pose, &free, &places, within).unwrap();
+            let state = model.start();
+            let posed = model.posed(&state);
+            for (p, d) in (0..places.len()).flat_map(|p| (0..free.len()).map(move |d| (p, d))) {
+                let moved = |by: f64| {
+                    let mut state = state.clone();
+                    state[d] += by;
+                    model.at(&model.posed(&state), p)
+                };
+                let expected = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+                assert!((model.slope(&posed, p).column(d) - expected).amax() < 1e-9, "case {case}");
             }
         }
     }

@@ -1,16 +1,11 @@
 //! One posed state and how its points move with it: what cues are linearised about.
-//!
-//! Slopes are central differences: the state and its neighbours are posed together, as particles are.
 
 use super::figure::Figure;
+use super::jacobian::Posed;
 use crate::filter::Linear;
-use crate::particles::ParticleSet;
 use crate::projection::{Projected, Projection};
 use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3xX, Vector2, Vector3};
 use std::f64::consts::TAU;
-
-/// Half the difference between neighbours, m or rad.
-const STEP: f64 = 1e-5;
 
 /// A posed state, its points and their slopes.
 pub struct Sloped<'a> {
@@ -22,36 +17,16 @@ pub struct Sloped<'a> {
     pub state: &'a [f64],
     /// How uncertain it is `(D, D)`, where cues are to know that.
     pub covariance: Option<DMatrix<f64>>,
-    /// The points of the state and of its neighbours, `(P, 3, 1 + 2 D)`.
-    posed: Vec<f64>,
-    neighbours: usize,
+    posed: Posed<'a>,
 }
 
 impl<'a> Sloped<'a> {
-    /// Pose `state` `(D,)` and its neighbours.
+    /// Pose `state` `(D,)`.
     ///
     /// # Panics
-    /// When the state has no column.
+    /// When the state has fewer columns than are free.
     pub fn new(figure: &'a Figure, projection: &'a Projection, state: &'a [f64]) -> Self {
-        let (dim, neighbours) = (state.len(), 1 + 2 * state.len());
-        let mut rows = state.repeat(neighbours);
-        for d in 0..dim {
-            rows[(1 + 2 * d) * dim + d] += STEP;
-            rows[(2 + 2 * d) * dim + d] -= STEP;
-        }
-        let set = ParticleSet::from_rows(dim, &rows).expect("as many states as neighbours");
-        let mut posed = vec![0.0; figure.model.len() * 3 * neighbours];
-        let mut first = 0;
-        for block in set.blocks() {
-            let count = block.len();
-            let mut of_block = vec![0.0; figure.model.len() * 3 * count];
-            figure.model.points(block, 0, count, &mut of_block);
-            for (row, of_block) in posed.chunks_mut(neighbours).zip(of_block.chunks(count)) {
-                row[first..first + count].copy_from_slice(of_block);
-            }
-            first += count;
-        }
-        Self { figure, projection, state, covariance: None, posed, neighbours }
+        Self { figure, projection, state, covariance: None, posed: figure.model.posed(state) }
     }
 
     /// The same, of a state that is so uncertain, its covariance's first columns `(D, D)`.
@@ -73,15 +48,12 @@ impl<'a> Sloped<'a> {
 
     /// Where a point of the figure is: world, m.
     pub fn at(&self, point: usize) -> Vector3<f64> {
-        Vector3::from_fn(|d, _| self.posed[(3 * point + d) * self.neighbours])
+        self.figure.model.at(&self.posed, point)
     }
 
     /// How it moves with the state, `(3, D)`.
     pub fn slope(&self, point: usize) -> Matrix3xX<f64> {
-        Matrix3xX::from_fn(self.dim(), |d, column| {
-            let row = &self.posed[(3 * point + d) * self.neighbours..];
-            (row[1 + 2 * column] - row[2 + 2 * column]) / (2.0 * STEP)
-        })
+        self.figure.model.slope(&self.posed, point)
     }
 
     /// Where the camera sees it, and how that moves with the state, `(2, D)`; none behind the camera.
