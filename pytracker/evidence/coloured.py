@@ -91,8 +91,8 @@ def _largest(hsv: Image, hue: int) -> tuple[float, float, float, int, int, int, 
     if low < 0:
         mask = cv2.bitwise_or(mask, cv2.inRange(hsv, (180 + low, LEAST_SATURATION, LEAST_VALUE), (179, 255, 255)))
     x, y, w, h = cv2.boundingRect(mask)
-    # With a rim of nothing, which it is opened against; from even places, as OpenCV counts pieces by blocks of two and of
-    # those that are as large the first is taken.
+    # With a rim of nothing, which it is opened against; from even places, as OpenCV counts pieces by blocks of two, and
+    # of those that are as large the first is taken.
     left, top = max(x - 1, 0) // 2 * 2, max(y - 1, 0) // 2 * 2
     inside = cv2.morphologyEx(mask[top : y + h + 1, left : x + w + 1], cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, _, stats, centres = cv2.connectedComponentsWithStats(inside)
