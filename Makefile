@@ -36,13 +36,13 @@ reproduce: $(VENV)/.installed ## Run both papers' tables and figures again, into
 	$(BIN)/pytracker reproduce li-kulic --out reproduced/li-kulic
 
 test: ## Run every test, Rust and Python
-	@# What is linked as a whole keeps one core busy: beside it, and giving way to it, the tests are built.
+	@# What is linked as a whole keeps one core busy: beside it the tests are built.
 	$(MAKE) -j 2 $(VENV)/.installed rust-tests
 	cargo test --locked
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 rust-tests:
-	nice cargo test --locked --no-run
+	cargo test --locked --no-run
 
 test-keypoints: ## The detector's own tests, in an environment of its own: MediaPipe wants NumPy 1
 	test -x $(KEYPOINTS)/bin/python || $(PYTHON) -m venv $(KEYPOINTS)

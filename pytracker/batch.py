@@ -21,7 +21,7 @@ from pytracker.recording.recording import Recording
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
 from pytracker.scores.evaluate import evaluate
-from pytracker.tracking.doubts import unbelieved
+from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 
@@ -39,7 +39,7 @@ class Outcome:
         valid: share of them that are valid.
         error_m: 3-D RMS of the wrist of an arm, average of the joints of a body; None without truth.
         said: warnings, doubts, or why it failed.
-        failed: whether there is no whole track.
+        failed: whether there is no whole track, or one of which most frames are not valid.
     """
 
     recording: Path
@@ -124,10 +124,9 @@ def _one(
         write_report([result], out / name, force=force, page=page)
     except (InputError, TrackingError, OSError, MemoryError) as error:
         return Outcome(folder, said=(str(error) or type(error).__name__,), failed=True)
-    said = (*((result.lost,) if result.lost else ()), *recording.warnings, *unbelieved(result), *result.doubts)
-    return Outcome(
-        folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), tuple(said), bool(result.lost)
-    )
+    said = (*((result.lost,) if result.lost else ()), *unbelieved(result), *recording.warnings, *result.doubts)
+    failed = bool(result.lost) or is_unusable(result)
+    return Outcome(folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), said, failed)
 
 
 def _error_m(result: Track) -> float | None:

@@ -48,6 +48,19 @@ def test_one_that_fails_stops_no_other(tmp_path: Path) -> None:
     assert "already exists" in (out / "index.csv").read_text()
 
 
+def test_one_of_no_use_has_failed_too(tmp_path: Path) -> None:
+    """As of one recording alone; of several the exit status was 0."""
+    hidden = pt.simulate_arm(tmp_path / "hidden", pt.ArmScene(duration_s=3.0, occlusions=((0.8, 3.0),)), 3)
+    seen = pt.simulate_arm(tmp_path / "seen", pt.ArmScene(duration_s=3.0), 3)
+    arguments = ["track", str(hidden), str(seen), "--out", str(tmp_path / "out"), "--no-report"]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 1
+    rows = list(csv.DictReader((tmp_path / "out" / "index.csv").read_text().splitlines()))
+    assert [(row["result"], row["failed"]) for row in rows] == [("hidden", "True"), ("seen", "False")]
+    assert "hidden: failed: 5" in done.output
+    assert "are not valid, do not use them: patch not found again" in done.output
+
+
 def is_running(pid: str) -> bool:
     """Not there, or a zombie that nobody has waited for, is not."""
     stat = Path(f"/proc/{pid}/stat")

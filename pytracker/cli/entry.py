@@ -1,7 +1,7 @@
 """The application, and where the command starts: signals, errors, exit status.
 
-Exit status 0: done; 1: the run failed (the track was lost); 2: bad usage or input; 128 + number: stopped by a signal.
-`--debug` before the subcommand shows tracebacks.
+Exit status 0: done; 1: the run failed (the track was lost, or is of no use); 2: bad usage or input;
+128 + number: stopped by a signal. `--debug` before the subcommand shows tracebacks.
 """
 
 from __future__ import annotations
@@ -106,12 +106,12 @@ def main() -> None:
 
 def _told(error: Exception) -> int:
     """The exit status after an error, which is printed."""
-    if _taken:
-        # On its way out a signal became another: a module that is being imported says "initialization failed".
-        return 128 + _taken[0]
     if isinstance(error, pt.InputError | pt.TrackingError | OSError):
         print(f"pytracker: {error}", file=sys.stderr)
         return 1 if isinstance(error, pt.TrackingError) else 2
+    if _taken:
+        # On its way out the signal became another: a module that is being imported says "initialization failed".
+        return 128 + _taken[0]
     if isinstance(error, MemoryError):
         words = "out of memory, expected fewer particles or a shorter recording"
     else:

@@ -214,10 +214,11 @@ def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:
     except (InputError, TrackingError) as error:
         return None, [*found, Finding("the whole recording", "wrong", str(error))]
     found += _constants(found_by(result))
+    not_valid = unbelieved(result)
     verdict: Verdict = "wrong" if is_unusable(result) else "doubtful"
-    found += [Finding("the track", verdict, words) for words in unbelieved(result)]
+    found += [Finding("the track", verdict, words) for words in not_valid]
     found += [Finding("the track", "doubtful", words) for words in result.doubts]
-    if not (unbelieved(result) or result.doubts):
+    if not (not_valid or result.doubts):
         share = float(result.valid.mean())
         found.append(Finding("the track", "right", f"{share:.0%} of {len(result.valid)} frames are valid"))
     return result, found

@@ -1,4 +1,4 @@
-//! One pose of a sub-model's segments, and how points on them move with the state: geometric Jacobians.
+//! One pose of a sub-model, and how its points move with the state: geometric Jacobians.
 //!
 //! A point turns about the axis of every joint that it hangs on, as that axis lies in this pose (Siciliano et al., "Robotics:
 //! Modelling, Planning and Control", 2009, ch. 3.1).
@@ -24,16 +24,19 @@ struct Frame {
     motions: Vec<(usize, Motion)>,
 }
 
-/// Segments posed by one state.
+/// A sub-model posed by one state.
 #[derive(Debug, Clone)]
-pub(super) struct Posed<'a> {
+pub(super) struct PosedModel<'a> {
     segments: &'a [Segment],
+    /// Segment, and place in its frame.
+    points: &'a [(usize, Vector3<f64>)],
     frames: Vec<Frame>,
+    dim: usize,
 }
 
-impl<'a> Posed<'a> {
+impl<'a> PosedModel<'a> {
     /// By a state `(D,)`.
-    pub fn new(segments: &'a [Segment], state: &[f64]) -> Self {
+    pub fn new(segments: &'a [Segment], points: &'a [(usize, Vector3<f64>)], state: &[f64]) -> Self {
         let mut frames: Vec<Frame> = Vec::with_capacity(segments.len());
         for segment in segments {
             let (within, from) = segment.parent.map_or((Matrix3::identity(), Vector3::zeros()), |parent| {
@@ -60,19 +63,20 @@ impl<'a> Posed<'a> {
             }
             frames.push(Frame { rotation, origin: from + within * origin, motions });
         }
-        Self { segments, frames }
+        Self { segments, points, frames, dim: state.len() }
     }
 
-    /// A place of a segment's frame in the world, m.
-    pub fn at(&self, segment: usize, place: &Vector3<f64>) -> Vector3<f64> {
-        self.frames[segment].origin + self.frames[segment].rotation * place
+    /// Where a point is: world, m.
+    pub fn at(&self, point: usize) -> Vector3<f64> {
+        let (segment, place) = &self.points[point];
+        self.frames[*segment].origin + self.frames[*segment].rotation * place
     }
 
-    /// How it moves with the state, `(3, D)` of so many columns.
-    pub fn slope(&self, segment: usize, place: &Vector3<f64>, dim: usize) -> Matrix3xX<f64> {
-        let mut slope = Matrix3xX::zeros(dim);
-        let at = self.at(segment, place);
-        let mut next = Some(segment);
+    /// How it moves with the state, `(3, D)`.
+    pub fn slope(&self, point: usize) -> Matrix3xX<f64> {
+        let mut slope = Matrix3xX::zeros(self.dim);
+        let at = self.at(point);
+        let mut next = Some(self.points[point].0);
         while let Some(s) = next {
             let Frame { origin, motions, .. } = &self.frames[s];
             for (column, motion) in motions {

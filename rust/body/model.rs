@@ -4,12 +4,12 @@
 //! state turns, and the wanted points sit still in a segment's frame. So a particle costs what its free channels cost.
 
 use super::forward::forward;
-use super::jacobian::Posed;
+use super::jacobian::PosedModel;
 use super::segment::{Segment, Source, Turn};
 use crate::particles::Block;
 use crate::skeleton::{Channel, Skeleton};
 use crate::{Error, Result};
-use nalgebra::{Matrix3, Matrix3xX, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 /// Frames that differ by less are the same: a billionth of a millimetre at arm's length.
@@ -149,21 +149,9 @@ impl SubModel {
         pose
     }
 
-    /// The segments in one state `(D,)`.
-    pub(super) fn posed(&self, state: &[f64]) -> Posed<'_> {
-        Posed::new(&self.segments, state)
-    }
-
-    /// Where a point is in a pose of the segments: world, m.
-    pub(super) fn at(&self, posed: &Posed<'_>, point: usize) -> Vector3<f64> {
-        let (segment, place) = &self.points[point];
-        posed.at(*segment, place)
-    }
-
-    /// How it moves with the state, `(3, D)`.
-    pub(super) fn slope(&self, posed: &Posed<'_>, point: usize) -> Matrix3xX<f64> {
-        let (segment, place) = &self.points[point];
-        posed.slope(*segment, place, self.dim())
+    /// In one state `(D,)`, with how points move with it.
+    pub(super) fn posed(&self, state: &[f64]) -> PosedModel<'_> {
+        PosedModel::new(&self.segments, &self.points, state)
     }
 
     /// Leave out segments that carry no point, such as legs that nobody asks for.
@@ -311,7 +299,7 @@ mod tests {
                 let alone = model.posed(state);
                 for (p, place) in places.iter().enumerate() {
                     let expected = posed.starts[place.bone].lerp(&posed.ends[place.bone], place.along);
-                    assert!((model.at(&alone, p) - expected).amax() < 1e-13, "case {case}");
+                    assert!((alone.at(p) - expected).amax() < 1e-13, "case {case}");
                     for d in 0..3 {
                         assert!((out[(3 * p + d) * count + i] - expected[d]).abs() < 1e-13, "case {case}");
                     }
@@ -340,10 +328,10 @@ mod tests {
                 let moved = |by: f64| {
                     let mut state = state.clone();
                     state[d] += by;
-                    model.at(&model.posed(&state), p)
+                    model.posed(&state).at(p)
                 };
                 let expected = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
-                assert!((model.slope(&posed, p).column(d) - expected).amax() < 1e-9, "case {case}");
+                assert!((posed.slope(p).column(d) - expected).amax() < 1e-9, "case {case}");
             }
         }
     }

@@ -1,7 +1,7 @@
 //! One posed state and how its points move with it: what cues are linearised about.
 
 use super::figure::Figure;
-use super::jacobian::Posed;
+use super::jacobian::PosedModel;
 use crate::filter::Linear;
 use crate::projection::{Projected, Projection};
 use nalgebra::{DMatrix, DVector, Matrix2xX, Matrix3xX, Vector2, Vector3};
@@ -17,7 +17,7 @@ pub struct Sloped<'a> {
     pub state: &'a [f64],
     /// How uncertain it is `(D, D)`, where cues are to know that.
     pub covariance: Option<DMatrix<f64>>,
-    posed: Posed<'a>,
+    posed: PosedModel<'a>,
 }
 
 impl<'a> Sloped<'a> {
@@ -48,12 +48,12 @@ impl<'a> Sloped<'a> {
 
     /// Where a point of the figure is: world, m.
     pub fn at(&self, point: usize) -> Vector3<f64> {
-        self.figure.model.at(&self.posed, point)
+        self.posed.at(point)
     }
 
     /// How it moves with the state, `(3, D)`.
     pub fn slope(&self, point: usize) -> Matrix3xX<f64> {
-        self.figure.model.slope(&self.posed, point)
+        self.posed.slope(point)
     }
 
     /// Where the camera sees it, and how that moves with the state, `(2, D)`; none behind the camera.
