@@ -140,6 +140,17 @@ def test_missing_empty_and_binary_files(tmp_path: Path) -> None:
         read_imu(tmp_path / "empty.csv", form="xsens")
 
 
+@pytest.mark.parametrize("order", ["le", "be"])
+def test_utf_16_is_read_where_it_says_so(order: str, tmp_path: Path) -> None:
+    path = write(tmp_path / "imu.csv", rows())
+    expected = load(path)
+    path.write_bytes(("\ufeff" + path.read_text()).encode(f"utf-16-{order}"))
+    assert np.array_equal(load(path).time_s, expected.time_s)
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(pt.InputError, match=r"imu\.csv: begins as UTF-16, and is none from byte \d+ on"):
+        load(path)
+
+
 def test_gaps_are_warned_of(tmp_path: Path) -> None:
     table = [row for k, row in enumerate(rows()) if not 10 <= k < 17]
     (warning,) = load(write(tmp_path / "imu.csv", table)).warnings

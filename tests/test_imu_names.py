@@ -125,6 +125,10 @@ LOGGERS: dict[str, tuple[list[str], Row]] = {
         ["time", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z"],
         lambda t, a, g, q: [f"2024-02-28T23:59:{50 + t:09.6f}+01:00", *a, *g],
     ),
+    "times of day": (
+        ["time", "acc_x", "acc_y", "acc_z"],
+        lambda t, a, g, q: [("23:59:" if t < 0.25 else "00:00:") + f"{(59.75 + t) % 60:09.6f}", *a],
+    ),
     "quoted": (
         ['"time_s"', '"acc_x"', '"acc_y"', '"acc_z"', '"note"'],
         lambda t, a, g, q: [f'"{t}"', *a, '"up, then down"'],
@@ -156,7 +160,7 @@ def test_other_loggers_are_read(logger: str, tmp_path: Path) -> None:
     assert log.lines[0] == 4
     assert log.time_s - log.time_s[0] == pytest.approx(time_s, abs=1e-6)
     assert log.acc == pytest.approx(acc)
-    assert (log.gyr is None) == ("note" in names[-1])
+    assert (log.gyr is None) == (logger in ("quoted", "times of day"))
     if log.gyr is not None:
         assert log.gyr == pytest.approx(gyr)
     if logger in ("ros", "arduino"):
@@ -177,6 +181,20 @@ def test_a_date_that_is_none_is_named(tmp_path: Path) -> None:
     path.write_text("time,acc_x,acc_y,acc_z\n2024-02-28 12:00:00.00,0,0,9.8\n2024-02-31 12:00:00.01,0,0,9.8\n")
     with pytest.raises(pt.InputError, match=r"imu\.csv:3: time is '2024-02-31 12:00:00.01', expected a date and time"):
         read_imu(path)
+
+
+@pytest.mark.parametrize("clock", ["24:00:00.01", "12:00:61", "12:00:00 PM", "12:00:00.01.2"])
+def test_a_time_of_day_that_is_none_is_named(clock: str, tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text(f"time,acc_x,acc_y,acc_z\n12:00:00.00,0,0,9.8\n{clock},0,0,9.8\n")
+    with pytest.raises(pt.InputError, match=rf"imu\.csv:3: time is '{clock}', expected a date and time, a time of day"):
+        read_imu(path)
+
+
+def test_a_time_of_day_that_goes_back_is_not_the_next_day(tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text("time;acc_x;acc_y;acc_z\n12:00:00,01;0;0;9,8\n12:00:00,00;0;0;9,8\n12:00:00,02;0;0;9,8\n")
+    assert read_imu(path).time_s == pytest.approx([0.0, -0.01, 0.01], abs=1e-9)
 
 
 def test_a_quoted_cell_without_end_is_no_other_error(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The clock of an IMU's CSV, in seconds: dates, units that are not said, and rows that have none but a rate."""
+"""The clock of an IMU's CSV, in seconds: dates, times of day, units that are not said, rows that have only a rate."""
 
 from __future__ import annotations
 
@@ -18,34 +18,49 @@ UNITS_S = ((0.2, 1.0), (200.0, 1e-3), (2e5, 1e-6), (np.inf, 1e-9))
 """Samples that are less than so far apart are counted in this unit, s: no sensor gives fewer than five in a second, or
 more than five in a millisecond."""
 CALLED = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
-DATE = re.compile(r"\d{4}-\d\d-\d\d[ T]")
+DATE_OR_TIME = re.compile(r"\d{4}-\d\d-\d\d[ T]|\d\d?:\d\d:")
 DATE_AND_TIME = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,6})?)\d*\s*(?:Z|[+-]\d\d:?\d\d)?")
 """To the microsecond; one recording is in one zone."""
+TIME_OF_DAY = re.compile(r"(\d\d?):([0-5]\d):([0-5]\d(?:\.\d+)?)")
+DAY_US = 86_400_000_000
 
 
 def without_dates(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str]:
-    """The lines; from `first` on with seconds since the first date in place of dates, where column `clock` has such.
+    """The lines; from `first` on with seconds since the first date or time of day, where column `clock` has such.
 
-    Raises `InputError` for a date that is none.
+    Times of day may pass midnight. Raises `InputError` for a date or a time that is none.
     """
-    begin: np.datetime64 | None = None
+    begin = last = None
     counted = list(lines)
     for k in range(first, len(lines)):
         cells = lines[k].split(delimiter)
         cell = cells[clock].strip(' "') if clock < len(cells) else ""
-        if not DATE.match(cell):
+        if not DATE_OR_TIME.match(cell):
             if begin is None and cell:
                 return lines
             continue
-        said = DATE_AND_TIME.fullmatch(cell)
-        try:
-            at = np.datetime64(said[1] if said else "none", "us")
-        except ValueError:
-            raise InputError(f"{path}:{k + 1}: time is {cell[:40]!r}, expected a date and time, or seconds") from None
-        begin = at if begin is None else begin
-        cells[clock] = repr(float((at - begin) / np.timedelta64(1, "s")))
+        at = _microseconds(cell, last)
+        if at is None:
+            raise InputError(
+                f"{path}:{k + 1}: time is {cell[:40]!r}, expected a date and time, a time of day, or seconds"
+            )
+        begin, last = at if begin is None else begin, at
+        cells[clock] = repr((at - begin) / 1e6)
         counted[k] = delimiter.join(cells)
     return counted
+
+
+def _microseconds(cell: str, last: int | None) -> int | None:
+    """Of a date since 1970, or of a time of day since the midnight before the first; None where it is neither."""
+    if time := TIME_OF_DAY.fullmatch(cell):
+        at = round(1e6 * (3600 * int(time[1]) + 60 * int(time[2]) + float(time[3])))
+        # More than half a day back is past midnight; what is less is left to whoever looks at the order.
+        return at + DAY_US * max(0, round(((last or 0) - at) / DAY_US)) if int(time[1]) < 24 else None
+    said = DATE_AND_TIME.fullmatch(cell)
+    try:
+        return int(np.datetime64(said[1] if said else "none", "us").astype(np.int64))
+    except ValueError:
+        return None
 
 
 def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple[NDArray[np.float64], tuple[str, ...]]:

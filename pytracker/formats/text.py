@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import math
 from collections.abc import Sequence
@@ -22,15 +23,19 @@ EMPTY = {"", "nan", "null"}
 
 
 def read_lines(path: Path) -> list[str]:
-    """Lines of `path` without their ends (LF or CRLF), UTF-8 or Latin-1. Raises `InputError`."""
+    """Lines of `path` without their ends (LF or CRLF), UTF-8, UTF-16 that says so, or Latin-1. Raises `InputError`."""
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     raw = path.read_bytes()
-    if b"\0" in raw[:4096]:
+    # What Windows' own tools call Unicode is UTF-16 with its mark.
+    is_utf16 = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    if b"\0" in raw[:4096] and not is_utf16:
         raise InputError(f"{path}: is a binary file, expected text")
     try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError:
+        text = raw.decode("utf-16" if is_utf16 else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        if is_utf16:
+            raise InputError(f"{path}: begins as UTF-16, and is none from byte {error.start} on") from None
         text = raw.decode("latin-1")
     if not text.strip():
         raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
