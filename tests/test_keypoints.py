@@ -276,9 +276,10 @@ def test_a_row_of_commas_is_a_frame(tmp_path: Path) -> None:
     assert np.nanmax(found.points[2, ..., 0]) == 124
 
 
-def test_a_column_that_counts_frames_is_read(tmp_path: Path) -> None:
+@pytest.mark.parametrize("named", ["frame", "frame_idx", "Frame#"])
+def test_a_column_that_counts_frames_is_read(named: str, tmp_path: Path) -> None:
     rows = ["5,100,50,120,90", "6,101,50,121,90", "9,102,50,122,90"]
-    assert plain(tmp_path / "a.csv", rows, f"frame,{PLAIN}").frames.tolist() == [5, 6, 9]
+    assert plain(tmp_path / "a.csv", rows, f"{named},{PLAIN}").frames.tolist() == [5, 6, 9]
     with pytest.raises(pt.InputError, match="the frame of its row 3 is 6, expected whole numbers that increase"):
         plain(tmp_path / "b.csv", [rows[0], rows[1], rows[1]], f"frame_id,{PLAIN}")
 

@@ -19,7 +19,7 @@ from pytracker.rotation import Array
 
 __all__ = ["of_deeplabcut", "read_table", "read_trc_keypoints"]
 
-FRAME = re.compile(r"frame([ _]?(id|index|no|nr|number))?#?")
+FRAME = re.compile(r"frame([ _]?(id|idx|index|no|nr|number))?#?")
 """A column that counts frames."""
 TIME = re.compile(r"time(stamp)?([ _(\[]*(s|sec|ms|us|ns)[)\]]?)?")
 """A column of their times."""
