@@ -284,6 +284,12 @@ def test_a_column_that_counts_frames_is_read(named: str, tmp_path: Path) -> None
         plain(tmp_path / "b.csv", [rows[0], rows[1], rows[1]], f"frame_id,{PLAIN}")
 
 
+def test_deeplabcuts_index_says_which_frames(tmp_path: Path) -> None:
+    head = "scorer,n,n,n,n\nbodyparts,left_wrist,left_wrist,right_wrist,right_wrist\ncoords,x,y,x,y\n"
+    (tmp_path / "a.csv").write_text(head + "40,100,50,120,90\n41,101,50,121,90\n59,102,50,122,90\n", "utf-8")
+    assert read_keypoints(tmp_path / "a.csv").frames.tolist() == [40, 41, 59]
+
+
 def test_shares_of_the_picture_are_told(tmp_path: Path) -> None:
     assert plain(tmp_path / "a.csv", ["0.2,0.3,0.4,0.5", "0.2,0.3,0.41,0.5"]).is_share
     assert not plain(tmp_path / "b.csv", ["20,30,40,50", "20,30,41,50"]).is_share

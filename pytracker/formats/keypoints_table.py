@@ -100,7 +100,10 @@ def _deeplabcut(path: Path, lines: list[str]) -> Keypoints:
     if "bodyparts" not in rows or "coords" not in rows or len(rows["bodyparts"]) != len(rows["coords"]):
         raise InputError(f"{path}: has no rows of bodyparts and coords below scorer, expected DeepLabCut's table")
     table = _cells(path, lines, len(rows), len(rows["coords"]))
-    return of_deeplabcut(path, {name: cells[1:] for name, cells in rows.items()}, table[:, 1:])
+    found = of_deeplabcut(path, {name: cells[1:] for name, cells in rows.items()}, table[:, 1:])
+    # Before the points stands the frame's number, or a picture's name.
+    counts = bool(np.isfinite(table[:, 0]).all())
+    return dataclasses.replace(found, frames=_frames(path, table[:, 0])) if counts else found
 
 
 def of_deeplabcut(path: Path, levels: Mapping[str, Sequence[str]], table: Array) -> Keypoints:
