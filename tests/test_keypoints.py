@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -284,10 +285,35 @@ def test_a_column_that_counts_frames_is_read(named: str, tmp_path: Path) -> None
         plain(tmp_path / "b.csv", [rows[0], rows[1], rows[1]], f"frame_id,{PLAIN}")
 
 
+DEEPLABCUT = """scorer,n,n,n,n
+bodyparts,left_wrist,left_wrist,right_wrist,right_wrist
+coords,x,y,x,y
+40,100,50,120,90
+41,101,50,121,90
+59,102,50,122,90
+"""
+
+
 def test_deeplabcuts_index_says_which_frames(tmp_path: Path) -> None:
-    head = "scorer,n,n,n,n\nbodyparts,left_wrist,left_wrist,right_wrist,right_wrist\ncoords,x,y,x,y\n"
-    (tmp_path / "a.csv").write_text(head + "40,100,50,120,90\n41,101,50,121,90\n59,102,50,122,90\n", "utf-8")
-    assert read_keypoints(tmp_path / "a.csv").frames.tolist() == [40, 41, 59]
+    """Rows were counted: of keypoints of every fifth frame the wrists were 20 cm off, and valid."""
+    folders = DEEPLABCUT.replace("scorer,", "scorer,,,").replace("parts,", "parts,,,").replace("coords,", "coords,,,")
+    named = re.sub(r"^(\d+),", r"labeled-data,trial2,img00\1.png,", folders, flags=re.MULTILINE)
+    path = re.sub(r"^(\d+),", r"labeled-data/trial2/img00\1.png,", DEEPLABCUT, flags=re.MULTILINE)
+    for text in (DEEPLABCUT, path, named):
+        (tmp_path / "a.csv").write_text(text, "utf-8")
+        found = read_keypoints(tmp_path / "a.csv")
+        assert found.frames.tolist() == [40, 41, 59]
+        assert found.points[2, 0, KEYPOINTS.index("right_wrist"), :2].tolist() == [122, 90]
+    (tmp_path / "a.csv").write_text(DEEPLABCUT.replace("41,101", ",101"), "utf-8")
+    with pytest.raises(pt.InputError, match=r"a\.csv: the frame of its row 2 is not there"):
+        read_keypoints(tmp_path / "a.csv")
+    (tmp_path / "a.csv").write_text(re.sub(r"^\d+,", ",", DEEPLABCUT, flags=re.MULTILINE), "utf-8")
+    assert read_keypoints(tmp_path / "a.csv").frames.tolist() == [0, 1, 2]
+
+
+def test_names_of_pictures_say_which_frames(tmp_path: Path) -> None:
+    rows = [f"img{k:04d}.jpg,100,50,120,90" for k in (5, 6, 9)]
+    assert plain(tmp_path / "a.csv", rows, f"image_name,{PLAIN}").frames.tolist() == [5, 6, 9]
 
 
 def test_shares_of_the_picture_are_told(tmp_path: Path) -> None:
@@ -329,13 +355,34 @@ def test_times_may_be_rounded_and_their_rate_mistyped(tmp_path: Path) -> None:
     assert frames(1000 / 30, 300) == list(range(300))  # all of the frames, at a rate that somebody typed
 
 
-@pytest.mark.parametrize("column", [[1.7e9 + k for k in range(4)], [0.0, 0.1, 0.1, 0.2], [0.0, 0.01, 0.024, 0.041]])
-def test_times_that_are_none_of_the_videos_count_nothing(tmp_path: Path, column: list[float]) -> None:
-    rows = [f"{time},{100.5 + k},{90 + k}" for k, time in enumerate(column)]
-    (tmp_path / "k.csv").write_text("\n".join(["time,left_wrist_x,left_wrist_y", *rows]) + "\n")
-    found = read_keypoints(tmp_path / "k.csv")
-    info = VideoInfo(320, 240, 20, 60.0)
-    assert in_pixels(tmp_path / "k.csv", found, tmp_path / "v.mp4", info).frames.tolist() == [0, 1, 2, 3]
+def of_times(path: Path, times: list[float], frame_count: int) -> tuple[list[int], tuple[str, ...]]:
+    """Which frames of a video of 60 Hz rows at these times are, and what is said of that."""
+    rows = [f"{time!r},{100.5 + k},{90 + k}" for k, time in enumerate(times)]
+    path.write_text("\n".join(["time,left_wrist_x,left_wrist_y", *rows]) + "\n")
+    found = in_pixels(path, read_keypoints(path), path.with_name("v.mp4"), VideoInfo(320, 240, frame_count, 60.0))
+    return found.frames.tolist(), found.warnings
+
+
+def test_times_of_a_clock_are_counted_from_the_first(tmp_path: Path) -> None:
+    """Rows were counted, without a word: where frames are missing all after were off."""
+    frames, said = of_times(tmp_path / "k.csv", [1.7e9 + k / 60 for k in (0, 1, 2, 7, 8)], 20)
+    assert frames == [0, 1, 2, 7, 8]
+    assert "its times begin at 1700000000, as a clock's: its first row is taken to be the first frame's" in said[0]
+
+
+def test_times_at_which_pictures_arrived_are_those_of_the_nearest_frames(tmp_path: Path) -> None:
+    late = np.random.default_rng(0).uniform(-0.4, 0.4, 200)
+    there = [k for k in range(250) if k % 5]
+    times = [max(0.0, (k + float(late[n])) / 60) for n, k in enumerate(there)]
+    assert of_times(tmp_path / "k.csv", times, 250) == (there, ())
+
+
+@pytest.mark.parametrize("times", [[0.0, 0.1, 0.1, 0.2], [0.0, 0.01, 0.012, 0.041]])
+def test_times_that_are_of_no_frames_count_nothing(tmp_path: Path, times: list[float]) -> None:
+    frames, said = of_times(tmp_path / "k.csv", times, 20)
+    assert frames == [0, 1, 2, 3]
+    assert "counted as frames instead" in said[0]
+    assert of_times(tmp_path / "k.csv", times, 4) == ([0, 1, 2, 3], ())  # one of each
 
 
 def test_keypoints_that_were_held_are_left_out() -> None:

@@ -64,6 +64,19 @@ def test_the_same_as_the_csv(tmp_path: Path, key: str) -> None:
     assert np.isfinite(found.points[:, 0, :, 0]).sum() == 4 * 6 - 1
 
 
+@pytest.mark.parametrize("kind", ["<i8", "S40"])
+def test_its_index_says_which_frames(tmp_path: Path, kind: str) -> None:
+    path = written(tmp_path / "clip.h5")
+    with h5py.File(path, "r+") as file:
+        table, shown = file["df_with_missing/table"][:], [3, 4, 5, 9, 10, 41]
+        names = [f"labeled-data/clip2/img{k:03d}.png" for k in shown] if kind == "S40" else shown
+        rows = np.zeros(6, dtype=[("index", kind), ("values_block_0", "<f8", (len(COLUMNS),))])
+        rows["index"], rows["values_block_0"] = names, table["values_block_0"]
+        del file["df_with_missing/table"]
+        file["df_with_missing"].create_dataset("table", data=rows).attrs["values_block_0_kind"] = words(COLUMNS)
+    assert read_keypoints(path).frames.tolist() == shown
+
+
 def test_one_individual_is_read_and_several_are_not(tmp_path: Path) -> None:
     names = ("scorer", "individuals", "bodyparts", "coords")
     one = [(scorer, "one", part, axis) for scorer, part, axis in COLUMNS]

@@ -27,12 +27,14 @@ class Keypoints:
             integers, or shares of the picture; NaN where a joint was not seen.
         is_share: whether u and v are shares of the picture's width and height.
         time_s: time of every row since the video began `(T,)`, s; None where the file has none, or counts frames.
+        warnings: what is odd about the rows' frames.
     """
 
     frames: NDArray[np.int64]
     points: Array
     is_share: bool = False
     time_s: Array | None = None
+    warnings: tuple[str, ...] = ()
 
 
 def in_range(path: Path, found: Array) -> Array:

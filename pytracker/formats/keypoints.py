@@ -9,7 +9,7 @@ kept as it is: what it is worth is found from the data (`pytracker.evidence.keyp
 | `.json`, a list with `image_id` and `keypoints` | AlphaPose, COCO results; COCO's annotations | `keypoints_json` |
 | `.json` with `instance_info` | MMPose | `keypoints_json` |
 | `.csv` with `X_LEFT_WRIST`, ... | MediaPipe, as shares of the picture | `keypoints_table` |
-| `.csv` with `scorer`, `bodyparts`, `coords` | DeepLabCut | `keypoints_table` |
+| `.csv` with `scorer`, `bodyparts`, `coords` | DeepLabCut | `keypoints_deeplabcut` |
 | `.csv` with `left_wrist_x`, `left_wrist_y`[, `left_wrist_confidence`] | anybody | `keypoints_table` |
 | `.h5`, a table of pandas' | DeepLabCut | `keypoints_h5` |
 | `.trc` in pixels | Sports2D | `keypoints_table` |
@@ -21,6 +21,7 @@ from pathlib import Path
 
 from pytracker._core import InputError
 from pytracker.formats.keypoint_log import Keypoints
+from pytracker.formats.keypoints_deeplabcut import is_deeplabcut, read_deeplabcut
 from pytracker.formats.keypoints_h5 import read_h5
 from pytracker.formats.keypoints_json import read_folder, read_json
 from pytracker.formats.keypoints_table import read_table, read_trc_keypoints
@@ -37,7 +38,7 @@ def read_keypoints(path: Path | str, model: str = "auto") -> Keypoints:
         raise InputError(f"{path}: no such file or folder, expected keypoints")
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        return read_table(path)
+        return read_deeplabcut(path) if is_deeplabcut(path) else read_table(path)
     if suffix == ".json":
         return read_json(path, model)
     if suffix == ".trc":

@@ -15,7 +15,8 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.keypoint_log import Keypoints
-from pytracker.formats.keypoints_table import of_deeplabcut
+from pytracker.formats.keypoints_deeplabcut import of_deeplabcut
+from pytracker.formats.keypoints_table import frame_in
 from pytracker.rotation import Array
 
 __all__ = ["read_h5"]
@@ -46,16 +47,16 @@ def read_h5(path: Path) -> Keypoints:
         raise InputError(f"{path}: reading HDF5 needs h5py: pip install 'pytracker[deeplabcut]'") from None
     try:
         with h5py.File(path, "r") as file:
-            levels, table = _table(path, file)
+            levels, table, index = _table(path, file)
     except InputError:
         raise
     except UNREADABLE as error:
         raise InputError(f"{path}: is no table of DeepLabCut's that can be read: {str(error)[:200]}") from None
-    return of_deeplabcut(path, levels, table)
+    return of_deeplabcut(path, levels, table, index)
 
 
-def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array]:
-    """Words of every column by level, and the values `(T, C)`."""
+def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array, Array]:
+    """Words of every column by level, the values `(T, C)`, and which frame each row is of `(T,)`."""
     tables = [name for name in file if f"{name}/table" in file]
     name = USUAL if USUAL in tables else tables[0] if len(tables) == 1 else None
     if name is None:
@@ -74,7 +75,11 @@ def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array]:
     names = _words(group.attrs["info"])[1]["names"]
     if table.shape[1] != len(columns) or any(len(column) != len(names) for column in columns):
         raise InputError(f"{path}: /{name} has {table.shape[1]} values a row, expected one of {len(columns)} columns")
-    return {str(level): [str(column[k]) for column in columns] for k, level in enumerate(names)}, table
+    index = np.asarray(rows["index"])
+    if index.dtype.kind == "S":
+        index = np.array([float(frame_in(name.decode()) or "nan") for name in index])
+    levels = {str(level): [str(column[k]) for column in columns] for k, level in enumerate(names)}
+    return levels, table, np.asarray(index, dtype=np.float64)
 
 
 def _words(pickled: Any) -> Any:

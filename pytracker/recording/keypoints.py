@@ -51,11 +51,11 @@ def alone(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]
             f"{path}: has {len(keypoints.frames)} of the frames {first} to {last}, expected most of them: a stray file?"
         )
     if first == 1:
-        return dataclasses.replace(keypoints, frames=keypoints.frames - 1), ()  # counted from one
+        return dataclasses.replace(keypoints, frames=keypoints.frames - 1), keypoints.warnings  # counted from one
     if first == 0:
-        return keypoints, ()
+        return keypoints, keypoints.warnings
     words = f"{path}: the keypoints begin at frame {first}: frame 0 is taken to be at start_s, and the first pose there"
-    return keypoints, (words,)
+    return keypoints, (*keypoints.warnings, words)
 
 
 def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:
@@ -104,7 +104,8 @@ def files_of(path: Path) -> list[Path]:
 
 def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) -> Keypoints:
     """The same in px of `video`, frames counted from 0. Raises `InputError` where they cannot be of this video."""
-    points, frames = keypoints.points.copy(), _frames(keypoints, info)
+    points = keypoints.points.copy()
+    frames, odd = _frames(path, keypoints, info)
     if keypoints.is_share:
         points[..., :2] = points[..., :2] * [info.width, info.height] - 0.5
     seen = points[np.isfinite(points[..., 0])]
@@ -121,25 +122,37 @@ def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
         raise InputError(
             f"{path}: has frame {frames[-1]}, expected below the {info.frame_count} frames of {video}: another clip?"
         )
-    return Keypoints(frames, points)
+    return Keypoints(frames, points, warnings=odd)
 
 
-def _frames(keypoints: Keypoints, info: VideoInfo) -> NDArray[np.int64]:
-    """Of which frames of a video they are: by their times, where these are regular, else one by one."""
+def _frames(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[NDArray[np.int64], tuple[str, ...]]:
+    """Of which frames of a video they are: by their times, else one by one; and what is odd about those."""
+    is_whole = len(keypoints.frames) == info.frame_count
     if keypoints.time_s is None or not info.rate_hz:
-        return keypoints.frames
+        return keypoints.frames, () if is_whole else keypoints.warnings
     steps = np.diff(keypoints.time_s)
     interval_s = float(np.mean(steps[steps < 1.5 * np.median(steps)]))  # times are often rounded
     # Their clock need not be the video's: a detector's rate is one that somebody typed.
     every = max(1, round(interval_s * info.rate_hz))
     counts = keypoints.time_s / interval_s
-    if np.abs(counts - np.rint(counts)).max() > IRREGULAR:
-        return keypoints.frames
-    frames = np.asarray(every * np.rint(counts), dtype=np.int64)
-    return keypoints.frames if info.frame_count and frames[-1] > info.frame_count else frames
+    if np.abs(counts - np.rint(counts)).max() <= IRREGULAR:
+        frames = np.asarray(every * np.rint(counts), dtype=np.int64)
+        if not info.frame_count or frames[-1] <= info.frame_count:
+            return frames, keypoints.warnings
+    if is_whole:
+        return keypoints.frames, ()
+    # Times at which pictures arrived lie about those of the video's frames.
+    nearest = np.rint(keypoints.time_s * info.rate_hz).astype(np.int64)
+    if (np.diff(nearest) > 0).all() and not (info.frame_count and nearest[-1] > info.frame_count):
+        return nearest, keypoints.warnings
+    words = (
+        f"{path}: its times, from {keypoints.time_s[0]:.3f} to {keypoints.time_s[-1]:.3f} s, are not those of frames "
+        f"of a video of {info.rate_hz:g} Hz: its rows are counted as frames instead"
+    )
+    return keypoints.frames, (*keypoints.warnings, words)
 
 
 def of_video(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[Keypoints, tuple[str, ...]]:
     """Those of a video that were seen; a word on those that were not, and where they are of a part of it."""
     kept, said = as_seen(path, keypoints)
-    return kept, (*uncovered(path, kept, info), *said)
+    return kept, (*keypoints.warnings, *uncovered(path, kept, info), *said)
