@@ -105,7 +105,7 @@ def test_truth_keeps_its_frames_times_and_says_what_it_does_not_cover(folder: Pa
     assert np.isnan(recording.truth.at("head", np.array([80 / 120]))).all()
     words = "\n".join(recording.warnings)
     assert "frame 101 follows frame 60; what lies between is not scored" in words
-    assert "the truth covers 0.000 to 1.658 s and the video" in words
+    assert "motion.amc: the truth covers 0.000 to 1.658 s and the video" in words
 
 
 def test_a_recording_is_never_replaced_by_a_report(folder: Path) -> None:

@@ -31,6 +31,12 @@ def test_old_export_without_frame_and_time(tmp_path: Path) -> None:
     assert markers.gaps == {"left one": 0, "wrist": 0}
 
 
+def test_tabs_at_the_lines_ends_are_no_columns(tmp_path: Path) -> None:
+    markers = read_qualisys(write(tmp_path, HEADER + [f"{row}\t\t" for row in ROWS]))
+    assert markers.time_s == pytest.approx([0, 0.02, 0.04])
+    assert markers.positions_m["wrist"][1].tolist() == [0.04, 0.05, 0.06]
+
+
 def test_a_count_without_end_is_named(tmp_path: Path) -> None:
     header = [line.replace("NO_OF_FRAMES\t3", "NO_OF_FRAMES\t" + "9" * 5000) for line in HEADER]
     with pytest.raises(pt.InputError, match=r"NO_OF_FRAMES is '9+', expected a whole number"):

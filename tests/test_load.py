@@ -153,6 +153,19 @@ def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> Non
     assert np.allclose(np.abs((turned.q_world_segment * straight.q_world_segment).sum(axis=1)), 1, atol=1e-6)
 
 
+def test_a_truth_of_another_time_is_told_as_it_loads(folder: Path) -> None:
+    """It was told after the whole run, without the file or what it covers."""
+    path = folder / "recording.toml"
+    text = path.read_text("utf-8")
+    path.write_text(text.replace("[truth]", "[truth]\noffset_s = 0.5"), "utf-8")
+    words = "\n".join(pt.load(folder).warnings)
+    assert "qualisys.tsv: the truth covers 0.500 to" in words
+    assert "frames without truth are not scored" in words
+    path.write_text(text.replace("[truth]", "[truth]\noffset_s = 1.7e9"), "utf-8")
+    with pytest.raises(pt.InputError, match=r"qualisys.tsv: the truth covers 17\d+.000 to .* expected them to overlap"):
+        pt.load(folder)
+
+
 def test_start_from_truth_or_from_the_patch(folder: Path) -> None:
     text = (folder / "recording.toml").read_text()
     line = next(line for line in text.splitlines() if line.startswith("wrist_start_m"))

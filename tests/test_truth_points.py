@@ -6,16 +6,19 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import ezc3d
 import numpy as np
 import pytest
 from test_cli import run
 
 import pytracker as pt
 from pytracker.formats.c3d import read_c3d
+from pytracker.formats.markers import Markers, check_times
 from pytracker.formats.trc import read_trc
 from pytracker.recording.camera import Camera, WeakPerspective
+from pytracker.recording.truth import POINT_FORMATS
 from pytracker.report.tables import TrackFile
-from pytracker.rotation import Matrix
+from pytracker.rotation import Array, Matrix
 from pytracker.scores.evaluate import held
 from pytracker.tracking.tracks import JointTrack
 
@@ -51,6 +54,61 @@ def test_a_trc_says_gaps_and_units(tmp_path: Path) -> None:
     assert found.positions_m["A"][:, 0].tolist() == [1.0, 2.0]
     assert found.gaps == {"A": 0, "B": 1}
     assert found.rate_hz == 100
+
+
+@pytest.mark.parametrize("suffix", ["csv", "trc", "c3d"])
+def test_zeros_are_gaps_but_of_a_joint_that_is_the_origin(tmp_path: Path, suffix: str) -> None:
+    """They were truth: 200 rows of 2001 made 11 cm of 1.5."""
+    rng = np.random.default_rng(0)
+    wrist, shoulder = np.round(rng.uniform(0.1, 0.5, (30, 3)), 3), np.zeros((30, 3))
+    wrist[[4, 5, 20]] = 0.0
+    path = tmp_path / f"a.{suffix}"
+    if suffix == "csv":
+        head = ",".join(f"{joint}_{axis}_m" for joint in ("shoulder", "wrist") for axis in "xyz")
+        rows = [",".join(map(str, [k / 100, *shoulder[k], *wrist[k]])) for k in range(30)]
+        path.write_text("\n".join([f"time_s,{head}", *rows]), "utf-8")
+    elif suffix == "trc":
+        rows = ["\t".join(map(str, [k + 1, k / 100, *shoulder[k], *wrist[k]])) for k in range(30)]
+        head = (HEAD + NAMES).replace("mm", "m").replace("\tA\t", "\tshoulder\t").replace("\tB\t", "\twrist\t")
+        path.write_text(head + "\n".join(rows), "utf-8")
+    else:
+        written = ezc3d.c3d()
+        written["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+        written["parameters"]["POINT"]["UNITS"]["value"] = ["m"]
+        written["parameters"]["POINT"]["LABELS"]["value"] = ["shoulder", "wrist"]
+        points = np.ones((4, 2, 30))
+        points[:3, 0], points[:3, 1] = shoulder.T, wrist.T
+        written["data"]["points"] = points
+        written.write(str(path))
+    found = POINT_FORMATS[f".{suffix}"](path)
+    assert found.gaps == {"shoulder": 0, "wrist": 3}
+    assert np.isnan(found.positions_m["wrist"][[4, 5, 20]]).all()
+
+
+def of_times(times: Array, rate_hz: float | None) -> Markers:
+    return Markers(times, {"wrist": np.ones((len(times), 3))}, rate_hz)
+
+
+def test_times_are_held_against_the_rate() -> None:
+    """Headers were not: a truth in milliseconds was scored, 21 cm for 1.5, and the held pose praised."""
+    file, seconds = Path("a.trc"), np.arange(200) / 120
+    assert check_times(file, of_times(seconds, 120.0)) == ()
+    assert check_times(file, of_times(seconds, None)) == ()
+    assert check_times(file, of_times(np.round(seconds, 3), 120.0)) == ()
+    assert check_times(file, of_times(np.delete(seconds, slice(20, 160)), 120.0)) == ()
+    (said,) = check_times(file, of_times(seconds, 50.0))
+    assert "a.trc: says 50 Hz, and its times are at 120 Hz: the times are taken" in said
+    with pytest.raises(pt.InputError, match=r"a\.trc: its frames are 8\.33\d+ s apart, .* in milliseconds\?"):
+        check_times(file, of_times(1000 * seconds, 120.0))
+
+
+def test_a_trc_that_is_cut_short_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "a.trc"
+    path.write_text(
+        HEAD.replace("\t2\t2\t", "\t9\t2\t") + NAMES + "1\t0.0\t1\t0\t0\t\t\t\n2\t0.01\t2\t0\t0\t1\t2\t3\n", "utf-8"
+    )
+    (said,) = read_trc(path).warnings
+    assert "a.trc:3: NumFrames is 9, and 2 rows follow: the file is cut short" in said
 
 
 @pytest.mark.parametrize(
@@ -95,7 +153,9 @@ def of_points(simulated_body: Path, to: Path, truth: str, *, z_up: bool = False)
     names = "Frame#\tTime\t" + "".join(f"{name}\t\t\t" for name in markers)
     table = np.column_stack([recording.truth.time_s, *markers.values()])
     rows = ["\t".join([str(k), *(f"{x:.6f}" for x in row)]) for k, row in enumerate(table)]
-    (to / "truth.trc").write_text(HEAD.replace("mm", "m") + "\n".join([names, "", "", *rows]) + "\n", "utf-8")
+    rate_hz = (len(table) - 1) / (table[-1, 0] - table[0, 0])
+    head = HEAD.replace("mm", "m").replace("100\t100", f"{rate_hz:g}\t{rate_hz:g}")
+    (to / "truth.trc").write_text(head + "\n".join([names, "", "", *rows]) + "\n", "utf-8")
     pose = zip(recording.skeleton.channels, recording.initial, strict=True)
     lines = [f"{name} = {value if name[-2] == 't' else np.degrees(value):.6f}" for name, value in pose]
     (to / "initial.toml").write_text("\n".join(lines), "utf-8")
@@ -138,6 +198,7 @@ def test_a_body_is_scored_against_points(simulated_body: Path, tmp_path: Path, z
             'file = "truth.xlsx"',
             "truth.file is 'truth.xlsx', expected an .amc motion, or points: .tsv, .csv, .trc, .c3d",
         ),
+        ('file = "truth.trc"\nmarkers = { root = [] }', "truth.markers.root is empty, expected a marker"),
         (MAP.format(more="", after="\nrate_hz = 100.0"), "truth.rate_hz goes with an .amc motion"),
         ('file = "motion.amc"', "truth.rate_hz is missing"),
         ('file = "motion.amc"\nrate_hz = 120.0\nup = "z"', "truth.up goes with a file of markers"),

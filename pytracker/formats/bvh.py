@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.qualisys import Markers
+from pytracker.formats.markers import Markers
 from pytracker.formats.text import number, read_lines
 from pytracker.rotation import Array
 
@@ -54,7 +54,7 @@ def read_bvh(path: Path | str) -> Markers:
     places = _places(joints, rows)
     unit = _unit_m(path, np.stack(list(places.values()))[:, 0])
     positions = {name: unit * place for name, place in places.items()}
-    return Markers(np.arange(len(rows)) / rate_hz, positions, dict.fromkeys(positions, 0), rate_hz)
+    return Markers(np.arange(len(rows)) / rate_hz, positions, rate_hz)
 
 
 def _hierarchy(path: Path, lines: list[str]) -> tuple[list[Joint], int]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.qualisys import Markers
+from pytracker.formats.markers import Markers, without_zeros
 
 __all__ = ["read_c3d"]
 
@@ -15,7 +15,7 @@ UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0}
 
 
 def read_c3d(path: Path | str) -> Markers:
-    """Read it; a point with a negative residual was not seen. Raises `InputError`."""
+    """Read it; a point with a negative residual, or at (0, 0, 0), was not seen. Raises `InputError`."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such file")
@@ -41,8 +41,6 @@ def read_c3d(path: Path | str) -> Markers:
     # `Subject:Marker` is the marker, where there is one subject.
     short = [name.rsplit(":", 1)[-1] for name in names]
     names = short if len(set(short)) == len(short) else names
-    positions = {
-        name: np.where(seen[k][:, None], points[:3, k].T * UNITS_M[unit], np.nan) for k, name in enumerate(names)
-    }
-    gaps = {name: int(np.isnan(rows[:, 0]).sum()) for name, rows in positions.items()}
-    return Markers(np.arange(points.shape[2]) / rate_hz, positions, gaps, rate_hz)
+    placed = [np.where(seen[k][:, None], points[:3, k].T * UNITS_M[unit], np.nan) for k in range(len(names))]
+    positions = {name: without_zeros(rows) for name, rows in zip(names, placed, strict=True)}
+    return Markers(np.arange(points.shape[2]) / rate_hz, positions, rate_hz)

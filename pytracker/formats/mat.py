@@ -13,7 +13,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.qualisys import Markers
+from pytracker.formats.markers import Markers, without_zeros
 from pytracker.rotation import Array
 
 __all__ = ["is_mat", "read_mat_imu", "read_mat_points"]
@@ -74,9 +74,8 @@ def read_mat_points(path: Path) -> Markers:
     points = {name: values for name, values in points.items() if len(values) == count}
     time_s, rate_hz = _times(path, arrays, count)
     seen = {name: np.isfinite(of).all(axis=1).reshape(-1, 1) for name, of in points.items()}
-    positions = {name: np.where(seen[name], of, np.nan) for name, of in points.items()}
-    gaps = {name: int(np.isnan(rows[:, 0]).sum()) for name, rows in positions.items()}
-    return Markers(time_s, positions, gaps, rate_hz)
+    positions = {name: without_zeros(np.where(seen[name], of, np.nan)) for name, of in points.items()}
+    return Markers(time_s, positions, rate_hz)
 
 
 def _arrays(path: Path) -> dict[str, Array]:

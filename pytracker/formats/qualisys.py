@@ -8,16 +8,16 @@ blank, `NULL` or (0, 0, 0).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.formats.markers import Markers
 from pytracker.formats.text import number, read_lines
 
-__all__ = ["Markers", "read_qualisys"]
+__all__ = ["read_qualisys"]
 
 Float = NDArray[np.float64]
 
@@ -26,23 +26,6 @@ KEYS = {
     "ANALOG_FREQUENCY", "DESCRIPTION", "TIME_STAMP", "DATA_INCLUDED", "EVENT", "MARKER_NAMES", "BODY_NAMES",
     "TRAJECTORY_TYPES",
 }  # fmt: skip
-
-
-@dataclass(frozen=True, eq=False)
-class Markers:
-    """Trajectories of markers.
-
-    Attributes:
-        time_s: `(T,)`; the first frame at 0 unless the file has a Time column.
-        positions_m: by name, m `(T, 3)`; NaN where not seen.
-        gaps: how many frames each was not seen in.
-        rate_hz: frames a second.
-    """
-
-    time_s: Float
-    positions_m: dict[str, Float]
-    gaps: dict[str, int]
-    rate_hz: float | None
 
 
 MOST_DIGITS = 12
@@ -89,7 +72,6 @@ def read_qualisys(path: Path | str) -> Markers:
     return Markers(
         time_s=np.ascontiguousarray(time_s),
         positions_m={name: np.ascontiguousarray(points[:, k]) for k, name in enumerate(names)},
-        gaps={name: int(np.isnan(points[:, k, 0]).sum()) for k, name in enumerate(names)},
         rate_hz=rate,
     )
 
@@ -125,23 +107,19 @@ def _is_row(line: str) -> bool:
 def _rows(path: Path, lines: list[str], first: int, markers: int) -> tuple[Float, int]:
     """Numbers of all rows, and how many columns (Frame, Time) lead the markers."""
     width = 3 * markers
+    split = [(k + 1, lines[k].split("\t")) for k in range(first, len(lines)) if lines[k]]
+    # What is blank in every row is tabs at the lines' ends.
+    leading = 2 if any(len(cells) >= width + 2 and "".join(cells[width:]).strip() for _, cells in split) else 0
     rows: list[list[float]] = []
-    leading = None
-    for index in range(first, len(lines)):
-        if not lines[index]:
-            continue
-        cells = lines[index].split("\t")
-        if leading is None:
-            leading = 2 if len(cells) >= width + 2 else 0
-        if len(cells) > leading + width and not any(cell.strip() for cell in cells[leading + width :]):
-            cells = cells[: leading + width]
-        if len(cells) != leading + width:
+    for line, cells in split:
+        kept = cells if "".join(cells[leading + width :]).strip() else cells[: leading + width]
+        if len(kept) != leading + width:
             raise InputError(
-                f"{path}:{index + 1}: row has {len(cells)} columns, expected {width} (3 for each of {markers} markers)"
+                f"{path}:{line}: row has {len(kept)} columns, expected {width} (3 for each of {markers} markers)"
                 + (" after Frame and Time" if leading else " or two more with Frame and Time")
             )
-        rows.append([number(cell, path, index + 1, f"column {k + 1}") for k, cell in enumerate(cells)])
-    return np.array(rows, dtype=np.float64).reshape(len(rows), -1), leading or 0
+        rows.append([number(cell, path, line, f"column {k + 1}") for k, cell in enumerate(kept)])
+    return np.array(rows, dtype=np.float64).reshape(len(rows), -1), leading
 
 
 def _whole(path: Path, header: dict[str, list[str]], key: str) -> int | None:

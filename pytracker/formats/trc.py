@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.qualisys import Markers
+from pytracker.formats.markers import Markers, without_zeros
 from pytracker.formats.text import number, read_lines
 from pytracker.rotation import Array
 
@@ -24,10 +24,15 @@ UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0}
 
 @dataclass(frozen=True)
 class _Trajectories:
-    """What a file holds: its unit, frames a second, times `(T,)` and coordinates by name `(T, 3)`, NaN where empty."""
+    """What a file holds.
+
+    That is its unit, frames a second, how many frames it says there are (NaN where it does not), times `(T,)` and
+    coordinates by name `(T, 3)`, NaN where empty.
+    """
 
     unit: str
     rate_hz: float
+    frame_count: float
     time_s: Array
     points: dict[str, Array]
 
@@ -38,9 +43,11 @@ def read_trc(path: Path | str) -> Markers:
     found = _trajectories(path)
     if found.unit not in UNITS_M:
         raise InputError(f"{path}:3: Units is {found.unit!r}, expected one of: {', '.join(UNITS_M)}")
-    positions = {name: points * UNITS_M[found.unit] for name, points in found.points.items()}
-    gaps = {name: int(np.isnan(points[:, 0]).sum()) for name, points in positions.items()}
-    return Markers(found.time_s, positions, gaps, found.rate_hz if found.rate_hz > 0 else None)
+    positions = {name: without_zeros(points * UNITS_M[found.unit]) for name, points in found.points.items()}
+    rate_hz = found.rate_hz if found.rate_hz > 0 else None
+    count, rows = found.frame_count, len(found.time_s)
+    short = f"{path}:3: NumFrames is {count:g}, and {rows} rows follow: the file is cut short"
+    return Markers(found.time_s, positions, rate_hz, (short,) if count > rows else ())
 
 
 def read_trc_pixels(path: Path | str) -> tuple[Array, dict[str, Array]]:
@@ -60,13 +67,14 @@ def _trajectories(path: Path) -> _Trajectories:
         )
     header = dict(zip(lines[1].split(), lines[2].split(), strict=False))
     rate_hz = number(header.get("DataRate", ""), path, 3, "DataRate")
+    frame_count = number(header.get("NumFrames", ""), path, 3, "NumFrames")
     names = _names(path, lines[3])
     table = _table(path, lines, 2 + 3 * len(names))
     points = {}
     for k, name in enumerate(names):
         points[name] = table[:, 2 + 3 * k : 5 + 3 * k]
         points[name][np.isnan(points[name]).any(axis=1)] = np.nan
-    return _Trajectories(header.get("Units", ""), rate_hz, table[:, 1], points)
+    return _Trajectories(header.get("Units", ""), rate_hz, frame_count, table[:, 1], points)
 
 
 def _table(path: Path, lines: list[str], width: int) -> Array:

@@ -1,4 +1,7 @@
-"""Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`; an empty cell is a gap."""
+"""Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`.
+
+A gap is an empty cell, or (0, 0, 0) where the joint is elsewhere at times.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.qualisys import Markers
+from pytracker.formats.markers import Markers, without_zeros
 from pytracker.formats.text import parse_table, read_lines
 
 __all__ = ["read_truth_csv"]
@@ -33,10 +36,10 @@ def read_truth_csv(path: Path | str) -> Markers:
     if back.size or not np.isfinite(time_s).all():
         k = int(back[0]) + 1 if back.size else 0
         raise InputError(f"{path}:{table.lines[k]}: time_s is {time_s[k, 0]}, expected increasing times")
-    positions, gaps = {}, {}
+    positions = {}
     for joint in joints:
         points = table.columns(*(f"{joint}_{axis}_m" for axis in "xyz"))
         assert points is not None
         points[np.isnan(points).any(axis=1)] = np.nan
-        positions[joint], gaps[joint] = points, int(np.isnan(points[:, 0]).sum())
-    return Markers(time_s=time_s[:, 0], positions_m=positions, gaps=gaps, rate_hz=None)
+        positions[joint] = without_zeros(points)
+    return Markers(time_s=time_s[:, 0], positions_m=positions, rate_hz=None)

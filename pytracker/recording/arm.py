@@ -18,6 +18,7 @@ from pytracker.recording.imu import load_imu
 from pytracker.recording.keypoints import files_of, first_seen, load_keypoints, of_video
 from pytracker.recording.recording import UPPER_ARM_SD_RAD, Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import ArmFile, CameraEntry, ImuEntry
+from pytracker.recording.truth import uncovered
 from pytracker.recording.upper_arm import upper_arm_imu
 from pytracker.rotation import Array, rotate, triple
 
@@ -54,6 +55,8 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     views, of_keypoints = _detected(folder, entry, views)
     overlap_warnings = _check_overlap(views, imu) + of_keypoints + _off_middle(path, views)
     truth, truth_warnings = (None, []) if entry.truth is None else load_truth(folder, path, entry.truth, entry.arm)
+    if truth is not None and entry.truth is not None and (video := views[0].video) is not None:
+        truth_warnings += uncovered(folder / entry.truth.file, truth, video, views[0].start_s)
     is_late = imu.time_s[0] > views[0].start_s + SLACK_S
     start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth, is_late=is_late)
     for number, view in enumerate(views):

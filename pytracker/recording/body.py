@@ -59,7 +59,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
     warnings += said
     if truth is not None and entry.truth is not None:
-        warnings += uncovered_by_truth(view, truth)
+        warnings += uncovered_by_truth(folder / entry.truth.file, truth, view)
         warnings += beside_first_pose(
             folder / entry.truth.file,
             truth,

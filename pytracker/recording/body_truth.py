@@ -8,19 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, InputError
-from pytracker.formats import video
 from pytracker.formats.amc import read_amc
 from pytracker.recording.recording import BodyView, Truth
 from pytracker.recording.schema import BodyTruthEntry
-from pytracker.recording.truth import POINT_FORMATS, load_points
+from pytracker.recording.truth import POINT_FORMATS, load_points, uncovered, uncovered_between
 from pytracker.recording.upright import TO_Y, to_up
 from pytracker.rotation import Array
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["beside_first_pose", "load_truth", "uncovered_by_truth"]
 
-SLACK_S = 0.1
-"""Truth and video may end this far apart without a word."""
 LENGTHS = (0.6, 1.5)
 """Times the skeleton's, where joints are joints and metres are metres."""
 NEAR_S = 0.25
@@ -67,24 +64,13 @@ def load_truth(
     return truth, motion.poses, (*motion.warnings, *warnings)
 
 
-def uncovered_by_truth(view: BodyView, truth: Truth) -> tuple[str, ...]:
-    """A word where the truth covers only a part of the frames."""
+def uncovered_by_truth(file: Path, truth: Truth, view: BodyView) -> tuple[str, ...]:
+    """A word where the truth of `file` covers only a part of the frames. Raises `InputError` where it covers none."""
     if view.video is not None:
-        info, file, of = video.probe(view.video), view.video, "video"
-        end = view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
-    else:
-        assert view.keypoints is not None
-        file, of, end = (
-            Path("camera[0]"),
-            "keypoints",
-            view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz,
-        )
-    if truth.time_s[-1] >= end - SLACK_S:
-        return ()
-    return (
-        f"{file}: the truth covers {truth.time_s[0]:.3f} to {truth.time_s[-1]:.3f} s and the {of} "
-        f"{view.start_s:.3f} to {end:.3f} s; frames without truth are not scored: check rate_hz and offset_s",
-    )
+        return uncovered(file, truth, view.video, view.start_s)
+    assert view.keypoints is not None
+    end_s = view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz
+    return uncovered_between(file, truth, "the keypoints", view.start_s, end_s)
 
 
 def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> None:

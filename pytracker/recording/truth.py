@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats import video as videos
 from pytracker.formats.bvh import read_bvh
 from pytracker.formats.c3d import read_c3d
+from pytracker.formats.markers import Markers, check_times
 from pytracker.formats.mat import read_mat_points
-from pytracker.formats.qualisys import Markers, read_qualisys
+from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import Truth
@@ -19,7 +21,10 @@ from pytracker.recording.schema import BodyTruthEntry, TruthEntry
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
 
-__all__ = ["POINT_FORMATS", "load_points"]
+__all__ = ["POINT_FORMATS", "load_points", "uncovered", "uncovered_between"]
+
+SLACK_S = 0.1
+"""Truth and video may begin and end this far apart without a word."""
 
 UP = {"arm": "z", "body": "y"}
 """Which axis is up, by kind of recording."""
@@ -38,14 +43,15 @@ POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
 def load_points(
     path: Path, file: Path, entry: TruthEntry | BodyTruthEntry, joints: tuple[str, ...], *, kind: str
 ) -> tuple[Truth, list[str]]:
-    """Joints of a file of markers, in the world of a `kind` of recording; and its gaps in words. Raises `InputError`.
+    """Joints of a file of markers, in the world of a `kind` of recording; what is odd, and its gaps, in words.
 
-    Where `entry` names no markers those are taken that are called like joints.
+    Raises `InputError`. Where `entry` names no markers those are taken that are called like joints.
     """
     markers: Mapping[str, str | tuple[str, ...]] = entry.markers
     if file.suffix.lower() not in POINT_FORMATS:
         raise InputError(f"{path}: truth.file is {file.name!r}, expected one of: {', '.join(POINT_FORMATS)}")
     found = POINT_FORMATS[file.suffix.lower()](file)
+    odd = (*found.warnings, *check_times(file, found))
     unknown = sorted(set(markers) - set(joints))
     if unknown:
         raise InputError(f"{path}: truth.markers.{unknown[0]} is no joint of the {kind}, expected: {', '.join(joints)}")
@@ -59,6 +65,8 @@ def load_points(
     gaps: dict[str, int] = {}
     for joint, of_joint in wanted.items():
         names = (of_joint,) if isinstance(of_joint, str) else of_joint
+        if not names:
+            raise InputError(f"{path}: truth.markers.{joint} is empty, expected a marker, or those it is the middle of")
         for name in names:
             if name not in found.positions_m:
                 raise InputError(
@@ -73,4 +81,26 @@ def load_points(
         for joint, count in gaps.items()
         if count
     ]
-    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), words
+    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), [*odd, *words]
+
+
+def uncovered(file: Path, truth: Truth, video: Path, start_s: float) -> tuple[str, ...]:
+    """A word where the truth of `file` covers only a part of a video that starts at `start_s`.
+
+    Raises `InputError` where it covers nothing of it.
+    """
+    info = videos.probe(video)
+    if not info.rate_hz:
+        return ()
+    return uncovered_between(file, truth, f"the video {video}", start_s, start_s + info.frame_count / info.rate_hz)
+
+
+def uncovered_between(file: Path, truth: Truth, of: str, start_s: float, end_s: float) -> tuple[str, ...]:
+    """The same of what covers `start_s` to `end_s` of recording time."""
+    first_s, last_s = float(truth.time_s[0]), float(truth.time_s[-1])
+    covers = f"{file}: the truth covers {first_s:.3f} to {last_s:.3f} s and {of} {start_s:.3f} to {end_s:.3f} s"
+    if last_s < start_s or first_s > end_s:
+        raise InputError(f"{covers} of recording time, expected them to overlap: check its rate and truth.offset_s")
+    if first_s <= start_s + SLACK_S and last_s >= end_s - SLACK_S:
+        return ()
+    return (f"{covers}; frames without truth are not scored: check its rate and truth.offset_s",)

@@ -1,0 +1,70 @@
+"""Trajectories of markers, whatever file they are of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pytracker._core import InputError
+from pytracker.rotation import Array
+
+__all__ = ["Markers", "check_times", "without_zeros"]
+
+SLOWEST_S = 0.5
+"""No cameras take fewer pictures."""
+RATE_TOLERANCE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """Trajectories of markers.
+
+    Attributes:
+        time_s: `(T,)`, increasing; the first frame at 0 where the file has no times.
+        positions_m: by name, m `(T, 3)`; NaN where not seen.
+        rate_hz: frames a second, as the file says; None where it does not.
+        warnings: what is odd about the file.
+    """
+
+    time_s: Array
+    positions_m: dict[str, Array]
+    rate_hz: float | None
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def gaps(self) -> dict[str, int]:
+        """How many frames each was not seen in."""
+        return {name: int(np.isnan(points[:, 0]).sum()) for name, points in self.positions_m.items()}
+
+
+def without_zeros(points: Array) -> Array:
+    """Places `(T, 3)` without rows of zeros, which are written where a marker was not seen.
+
+    A joint that is the world's origin is there in all of its rows.
+    """
+    is_zero = (points == 0).all(axis=1)
+    is_origin = (is_zero | np.isnan(points).any(axis=1)).all()
+    return points if is_origin else np.where(is_zero[:, None], np.nan, points)
+
+
+def check_times(path: Path, markers: Markers) -> tuple[str, ...]:
+    """A word where the times are not at the rate that the file says. Raises `InputError` where they are no seconds."""
+    steps = np.diff(markers.time_s)
+    if not len(steps):
+        return ()
+    usual_s, mean_s = float(np.median(steps)), float(np.mean(steps))
+    if usual_s > SLOWEST_S:
+        raise InputError(
+            f"{path}: its frames are {usual_s:g} s apart, expected at most {SLOWEST_S} s: are the times in "
+            f"{'micro' if usual_s > 1000 * SLOWEST_S else 'milli'}seconds?"
+        )
+    # Rounded to milliseconds each step is off, and their mean is not; where frames are missing it is the other way.
+    off = [abs(step_s * markers.rate_hz - 1.0) if markers.rate_hz else 0.0 for step_s in (usual_s, mean_s)]
+    if min(off) <= RATE_TOLERANCE:
+        return ()
+    return (
+        f"{path}: says {markers.rate_hz:g} Hz, and its times are at {1.0 / usual_s:.4g} Hz: the times are taken, from "
+        f"{markers.time_s[0]:.3f} to {markers.time_s[-1]:.3f} s",
+    )
