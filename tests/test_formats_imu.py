@@ -221,6 +221,19 @@ def test_mt_manager_lost_rows_keep_their_time_without_a_counter(tmp_path: Path) 
     assert "5 of 20 rows lack a reading" in log.warnings[0]
 
 
+def test_mt_manager_a_counter_that_begins_anew_is_named(tmp_path: Path) -> None:
+    """It was taken to have wrapped: a gap of 255 s."""
+    path = tmp_path / "anew.txt"
+    counts = [*range(40_000, 40_010), *range(10)]
+    rows = [f"{k}\t0\t0\t9.8\t1\t0\t0\t0" for k in counts]
+    header = "PacketCounter\tAcc_X\tAcc_Y\tAcc_Z\tQuat_q0\tQuat_q1\tQuat_q2\tQuat_q3"
+    path.write_text("// Update Rate: 100.0Hz\n" + "\n".join([header, *rows]) + "\n")
+    with pytest.raises(pt.InputError, match=r"anew.txt:13: PacketCounter is 0 after 40009, expected .* start anew\?"):
+        load(path)
+    path.write_text(path.read_text().replace("400", "655"))  # 65500 to 65509, of which 26 are lost as it wraps
+    assert load(path).time_s[10] == pytest.approx(0.36)
+
+
 @pytest.mark.parametrize(("ticks", "seconds"), [(100, 0.01), (16_667, 0.016667)])
 def test_mt_manager_sample_clock(tmp_path: Path, ticks: int, seconds: float) -> None:
     """0.1 ms on an MTi, 1 µs on a DOT, told apart by the rate that they give; the 32-bit counter wraps."""

@@ -51,6 +51,60 @@ def test_a_gyroscope_that_contradicts_the_orientation(tmp_path: Path, gyr: Calla
         load(write(tmp_path / "imu.csv", table.tolist()))
 
 
+def paused(table: Array, seconds: float) -> Array:
+    table[300:, 0] += seconds
+    return table
+
+
+def test_a_long_pause_is_a_gap_and_no_burst(tmp_path: Path) -> None:
+    """It was called bursts, and a gyroscope was asked nothing then: degrees passed as radians, 3.8 cm for 1.5."""
+    table = paused(waving(), 60.0)
+    (said,) = load(write(tmp_path / "good.csv", table.tolist())).warnings
+    assert "1 gaps between samples, the longest 60.010 s at line 302 (2.990 s)" in said
+    table[:, GYR] = np.rad2deg(table[:, GYR])
+    with pytest.raises(pt.InputError, match="is gyr in degrees per second"):
+        load(write(tmp_path / "imu.csv", table.tolist()))
+
+
+def test_an_orientation_is_computed_beside_a_long_pause_as_without(tmp_path: Path) -> None:
+    names = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z"
+    table = waving()[:, :7]
+    steady = load(write(tmp_path / "steady.csv", table.tolist(), names))
+    beside = load(write(tmp_path / "paused.csv", paused(table, 60.0).tolist(), names))
+    assert steady.q_world_sensor is not None
+    assert beside.q_world_sensor is not None
+    assert "Over its longest gap, 60 s, the heading is taken to have stayed" in beside.warnings[-1]
+    up = [rotate(conjugate(log.q_world_sensor), np.array([0.0, 0.0, 1.0])) for log in (steady, beside)]  # type: ignore[arg-type]
+    assert np.degrees(np.linalg.norm(up[0] - up[1], axis=1)).max() < 12.0
+
+
+@pytest.mark.parametrize("order", [(0, 1), (0, 0, 1, 1), (0, 1, 2)])
+@pytest.mark.parametrize("columns", [slice(0, 11), slice(0, 7)], ids=["oriented", "without orientation"])
+def test_several_sensors_in_one_file_are_refused(tmp_path: Path, order: tuple[int, ...], columns: slice) -> None:
+    """Two of them loaded: 9 cm, all valid, and a doubt of the shoulder."""
+    which = np.resize(order, 600)
+    turns = [rotation_vector_to_quaternion(turn) for turn in np.radians([[0.0, 0, 0], [80.0, 0, 0], [0, 70.0, 0]])]
+    table = waving()
+    for k, turn in enumerate(turns):
+        rows = which == k
+        turned = np.broadcast_to(turn, (int(rows.sum()), 4))
+        for vectors in (slice(1, 4), GYR):
+            table[rows, vectors] = rotate(conjugate(turned), table[rows, vectors])
+        table[rows, QUATERNION] = multiply(table[rows, QUATERNION], turned)
+    names = ["time_s", "acc_x", "acc_y", "acc_z", "gyr_x", "gyr_y", "gyr_z", "q_w", "q_x", "q_y", "q_z"][columns]
+    with pytest.raises(pt.InputError, match=rf"those of {len(order)} sensors in turn\? Write a file for each"):
+        load(write(tmp_path / "imu.csv", table[:, columns].tolist(), ",".join(names)))
+
+
+def test_a_part_in_g_is_named(tmp_path: Path) -> None:
+    table = waving()
+    table[450:, 1:4] /= 9.81
+    with pytest.raises(
+        pt.InputError, match=r"imu\.csv:402: for 2 s from here on .* looks like units of g, and elsewhere"
+    ):
+        load(write(tmp_path / "imu.csv", table.tolist()))
+
+
 def test_an_orientation_that_stands_still(tmp_path: Path) -> None:
     table = waving()
     table[:, QUATERNION], table[:, 1:4] = [1.0, 0, 0, 0], [0.0, 0.0, 9.81]

@@ -160,6 +160,16 @@ def test_without_orientation_a_gyroscope_in_other_units_is_told(tmp_path: Path, 
     assert "computed from the gyroscope: is gyr in rad/s" in told(tmp_path, table, NO_QUATERNION)
 
 
+@pytest.mark.parametrize("noise", [0.005, 0.05])
+@pytest.mark.parametrize("seconds", [4, 30])
+def test_a_still_sensor_without_orientation_is_no_fault(tmp_path: Path, noise: float, seconds: int) -> None:
+    """Gravity is steady whatever the gyroscope's unit: all such were refused as being in degrees per second."""
+    rng, count = np.random.default_rng(0), 100 * seconds
+    acc = np.array([0.0, 0.0, 9.81]) + rng.normal(0.0, 0.05, (count, 3))
+    table = np.column_stack([np.arange(count) / 100, acc, rng.normal(0.0, noise, (count, 3))])
+    assert "refused" not in told(tmp_path, table, NO_QUATERNION)
+
+
 @pytest.mark.parametrize("names", ["quat_1,quat_2,quat_3,quat_4", "q0,q1,q2,q3", "roll,pitch,yaw,extra"])
 def test_an_orientation_by_other_names_is_not_passed_over(tmp_path: Path, arm: Array, names: str) -> None:
     assert "look like an orientation, expected it as q_w, q_x, q_y, q_z" in told(

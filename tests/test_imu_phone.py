@@ -54,6 +54,15 @@ def test_a_phones_sensors_are_put_together(metadata: str, sign: float, tmp_path:
     assert log.gyr == pytest.approx(np.stack(between, axis=1), abs=1e-6)
 
 
+def test_a_clock_in_nanoseconds_need_not_say_so(tmp_path: Path) -> None:
+    """Sensor Logger's `time` alone was "1e7 s apart"."""
+    folder = phone(tmp_path / "phone", ANDROID)
+    for path in folder.glob("[AG]*.csv"):
+        rows = [line.split(",") for line in path.read_text("utf-8").splitlines()]
+        path.write_text("\n".join(",".join([row[0], *row[2:]]) for row in rows), "utf-8")
+    assert read_imu(folder).time_s - 1.7e9 == pytest.approx(TIME_S[11:], abs=1e-5)
+
+
 def test_total_acceleration_is_taken_where_there_is_one(tmp_path: Path) -> None:
     folder = phone(tmp_path / "phone", "")
     assert "Metadata.csv" in read_imu(folder).warnings[0]

@@ -37,6 +37,8 @@ Float = NDArray[np.float64]
 
 MOST_STEPS = 4
 """Steps of VQF for every sample, at the most."""
+BRIDGED_S = 1.0
+"""Nobody knows how a sensor turned in a longer gap."""
 BIASED = 0.05
 """A gyroscope at rest that reads more is worth a word, rad/s."""
 OTHER_GYROSCOPES: dict[str, Float] = {
@@ -45,9 +47,10 @@ OTHER_GYROSCOPES: dict[str, Float] = {
     "its y has the other sign": np.array([1.0, -1.0, 1.0]),
     "its z has the other sign": np.array([1.0, 1.0, -1.0]),
 }
-LEAST_UNSTEADY = 0.4
+LEAST_UNSTEADY = 0.25
+"""Gravity that is as steady tells of no fault, m/s²: a sensor that lies still has less, whatever its gyroscope."""
 STEADIER = 0.4
-"""Another gyroscope must leave gravity this much steadier; a movement without turns tells nothing."""
+"""Another gyroscope must leave gravity this much steadier."""
 
 WITHOUT_LINES: Mapping[str, Callable[[Path], bool]] = {"mvnx": is_mvnx, "mat": is_mat, "apdm": is_hdf5}
 """What is told otherwise than by its lines, and how."""
@@ -161,6 +164,8 @@ def orient(log: ImuLog) -> ImuLog:
     warning = f"{log.path}: has no orientation; computed from its gyroscope by VQF; {heading}"
     if np.linalg.norm(bias) > BIASED:
         warning += f". At rest the gyroscope reads {np.round(bias, 3).tolist()} rad/s, which is taken off"
+    if mag is None and (longest_s := float(np.diff(log.time_s).max())) > BRIDGED_S:
+        warning += f". Over its longest gap, {longest_s:.3g} s, the heading is taken to have stayed"
     oriented = dataclasses.replace(log, q_world_sensor=q, warnings=(*log.warnings, warning))
     _check_gyroscope(oriented, bias)
     up = check_up(oriented, "computed from the gyroscope: is gyr in rad/s, and in the axes of acc?")
@@ -170,29 +175,36 @@ def orient(log: ImuLog) -> ImuLog:
 def _by_vqf(log: ImuLog, gyr: Float, mag: Float | None) -> Float:
     """Orientation of every sample `(M, 4)`.
 
-    VQF wants a steady rate: gaps are bridged, each sample takes its nearest.
+    VQF wants a steady rate: gaps are bridged, each sample takes its nearest. Over longer ones than `BRIDGED_S`, as if
+    they lasted that, nothing turns.
     """
     import vqf  # noqa: PLC0415 - only recordings without orientation pay for it
 
     assert log.acc is not None
-    span = log.time_s[-1] - log.time_s[0]
+    steps = np.diff(log.time_s)
+    time_s = np.concatenate([[0.0], np.cumsum(np.minimum(steps, BRIDGED_S))])
     # Where samples come in bursts, their usual distance is none that a recording could be cut into.
-    interval = max(float(np.median(np.diff(log.time_s))), span / (MOST_STEPS * len(log.time_s)))
-    grid = np.arange(round(span / interval) + 1) * interval + log.time_s[0]
+    interval = max(float(np.median(steps)), time_s[-1] / (MOST_STEPS * len(time_s)))
+    grid = np.arange(round(time_s[-1] / interval) + 1) * interval
 
     def steady(values: Float) -> Float:
-        return np.stack([np.interp(grid, log.time_s, values[:, d]) for d in range(3)], axis=1)
+        return np.stack([np.interp(grid, time_s, values[:, d]) for d in range(3)], axis=1)
 
-    out = vqf.offlineVQF(steady(gyr), steady(log.acc), None if mag is None else steady(mag), interval)
+    turning = steady(gyr)
+    for k in np.flatnonzero(steps > BRIDGED_S):
+        turning[(grid > time_s[k]) & (grid < time_s[k + 1])] = 0.0
+    out = vqf.offlineVQF(turning, steady(log.acc), None if mag is None else steady(mag), interval)
     q = out["quat6D"] if mag is None else out["quat9D"]
-    nearest = np.clip(np.rint((log.time_s - grid[0]) / interval).astype(int), 0, len(grid) - 1)
+    nearest = np.clip(np.rint(time_s / interval).astype(int), 0, len(grid) - 1)
     return np.asarray(q[nearest])
 
 
 def _check_gyroscope(log: ImuLog, bias: Float) -> None:
     """With its unit, and the signs of its axes, gravity is steadier than with others. Raises `InputError`."""
     assert log.gyr is not None
-    off = max(unsteadiness(log), LEAST_UNSTEADY)
+    off = unsteadiness(log)
+    if off < LEAST_UNSTEADY:
+        return
     for words, factor in OTHER_GYROSCOPES.items():
         other = dataclasses.replace(log, q_world_sensor=_by_vqf(log, (log.gyr - bias) * factor, None))
         if unsteadiness(other) < STEADIER * off:

@@ -34,6 +34,8 @@ ODD = (0.75, 1.33)
 AXES = "xyz"
 BURSTS = 3.0
 """Samples that are this many times farther apart on average than they usually are come in bursts."""
+PAUSES, FEW_PAUSES = 0.005, 3
+"""So many intervals, as a share and at least, may be pauses."""
 FROZEN_BESIDE = {"acc": 0.5, "gyr": 0.25}
 """An axis that stays the same while the others vary by so much (m/s², rad/s, standard deviation) is frozen."""
 NOISE_RAD_S = 0.15
@@ -119,9 +121,13 @@ def turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Flo
 
 
 def comes_in_bursts(log: ImuLog) -> bool:
-    """Whether time stamps are those of arrival, several samples at once: rates cannot be told from them."""
-    interval = np.diff(log.time_s)
-    return bool(interval.mean() > BURSTS * np.median(interval))
+    """Whether time stamps are those of arrival, several samples at once: rates cannot be told from them.
+
+    Bursts come all along; a few pauses, however long, are gaps.
+    """
+    interval = np.sort(np.diff(log.time_s))
+    pauses = max(FEW_PAUSES, int(PAUSES * len(interval)))
+    return len(interval) > pauses and bool(interval[:-pauses].mean() > BURSTS * np.median(interval))
 
 
 def check_noise(log: ImuLog) -> list[str]:

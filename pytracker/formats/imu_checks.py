@@ -10,6 +10,7 @@ from pytracker._core import InputError
 from pytracker.formats.imu_agreement import check_noise, check_turns, comes_in_bursts, repeats
 from pytracker.formats.imu_filled import without_filled
 from pytracker.formats.imu_gravity import check_size, check_step, check_up
+from pytracker.formats.imu_interleaved import check_interleaved
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.imu_outliers import without_outliers
 from pytracker.formats.imu_saturation import saturates
@@ -26,9 +27,9 @@ def check(log: ImuLog) -> ImuLog:
     """Everything that would give a wrong answer quietly; returns the log with unit quaternions and warnings.
 
     Single samples that no sensor can have given, and those that were filled in or held, are left out, with a warning.
-    Raises `InputError` for missing acceleration, times that do not increase, a rate that contradicts them, many values
-    that are no numbers or beyond any sensor, quaternions that are not of unit length, acceleration that is in g or
-    shows no gravity, and orientation that contradicts gravity or the gyroscope.
+    Raises `InputError` for missing acceleration, times that do not increase, a rate that contradicts them, samples of
+    several sensors in turn, many values that are no numbers or beyond any sensor, quaternions that are not of unit
+    length, acceleration that is in g or shows no gravity, and orientation that contradicts gravity or the gyroscope.
     """
     if log.acc is None:
         raise InputError(f"{log.path}: has no acceleration, expected columns acc_x, acc_y, acc_z (Acc_X, Acc_Y, Acc_Z)")
@@ -38,6 +39,7 @@ def check(log: ImuLog) -> ImuLog:
         k = int(np.argmin(np.isfinite(log.time_s)))
         raise InputError(f"{log.path}:{log.lines[k]}: time_s is {log.time_s[k]}, expected a finite number")
     times = _check_times(log)
+    check_interleaved(log)
     log = without_filled(without_outliers(log))
     standing = saturates(log)
     try:

@@ -12,7 +12,7 @@ from pytracker._core import InputError
 from pytracker.formats.imu_names import Column
 from pytracker.formats.text import Table
 
-__all__ = ["seconds", "without_dates"]
+__all__ = ["as_seconds", "seconds", "unit_of"]
 
 UNITS_S = ((0.2, 1.0), (200.0, 1e-3), (2e5, 1e-6), (np.inf, 1e-9))
 """Samples that are less than so far apart are counted in this unit, s: no sensor gives fewer than five in a second, or
@@ -25,7 +25,7 @@ TIME_OF_DAY = re.compile(r"(\d\d?):([0-5]\d):([0-5]\d(?:\.\d+)?)")
 DAY_US = 86_400_000_000
 
 
-def without_dates(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str]:
+def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str]:
     """The lines; from `first` on with seconds since the first date or time of day, where column `clock` has such.
 
     Times of day may pass midnight. Raises `InputError` for a date or a time that is none.
@@ -75,9 +75,7 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
         return np.arange(len(table.lines)) / rate_hz, ()
     if column is None or column.has_unit:
         return clock[:, 0] * (1.0 if column is None else column.factor), ()
-    steps = np.diff(clock[:, 0])
-    usual = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
-    unit_s = next(unit_s for limit, unit_s in UNITS_S if usual < limit)
+    usual, unit_s = unit_of(clock[:, 0])
     if unit_s == 1.0:
         return clock[:, 0], ()
     words = (
@@ -85,3 +83,10 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
         f"time_ms, time_us or time_ns would say it"
     )
     return clock[:, 0] * unit_s, (words,)
+
+
+def unit_of(clock: NDArray[np.float64]) -> tuple[float, float]:
+    """Its usual step, and the unit, s, in which that gives a rate that an IMU has."""
+    steps = np.diff(clock)
+    usual = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
+    return usual, next(unit_s for limit, unit_s in UNITS_S if usual < limit)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_clock import seconds, without_dates
+from pytracker.formats.imu_clock import as_seconds, seconds
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.imu_names import Column, known_as, of_shimmer
 from pytracker.formats.text import parse_table
@@ -91,7 +91,7 @@ def read(
     _check_names(path, header.first, names, has_rate=rate_hz is not None)
     lines = header.lines
     if "time_s" in names:
-        lines = without_dates(path, lines, header.first, header.delimiter, names.index("time_s"))
+        lines = as_seconds(path, lines, header.first, header.delimiter, names.index("time_s"))
     table = parse_table(path, lines, header.first, names, header.delimiter, OURS)
 
     def scaled(*group: str) -> NDArray[np.float64] | None:

@@ -31,6 +31,8 @@ REST_TURN = 0.15
 """At rest for so long the readings vary by less, RMS: m/s², rad/s."""
 ENOUGH_REST_S = 1.0
 
+IN_G = (0.8, 1.25)
+"""The usual size of readings in units of g."""
 SIZE_OFF = (0.25, 0.6)
 """At rest the size of the reading is off by so much, m/s²: odd, wrong."""
 VELOCITY = (4.0, 8.0)
@@ -75,7 +77,7 @@ def check_size(log: ImuLog) -> list[str]:
     """Unit and scale of the accelerometer. Returns warnings; raises `InputError`."""
     assert log.acc is not None
     size = float(np.median(np.linalg.norm(log.acc, axis=1)))
-    if 0.8 < size < 1.25:
+    if IN_G[0] < size < IN_G[1]:
         raise InputError(
             f"{log.path}: acceleration has a median length of {size:.3f}, which looks like units of g, expected m/s² "
             "with gravity (about 9.81 at rest)"
@@ -85,6 +87,7 @@ def check_size(log: ImuLog) -> list[str]:
             f"{log.path}: acceleration has a median length of {size:.3f} m/s², expected about 9.81: the raw reading "
             "with gravity, not the free acceleration"
         )
+    _check_parts_in_g(log)
     rest = at_rest(log)
     if len(rest) * REST_S < ENOUGH_REST_S:
         return []
@@ -95,6 +98,19 @@ def check_size(log: ImuLog) -> list[str]:
         f"{GRAVITY:.2f}: is its scale or unit another, or an axis biased?"
     )
     return _odd_or_wrong(words, off, SIZE_OFF)
+
+
+def _check_parts_in_g(log: ImuLog) -> None:
+    """No stretch of `WINDOW_S` is in units of g where others are in m/s². Raises `InputError`."""
+    assert log.acc is not None
+    edges = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1], WINDOW_S)))
+    for a, b in itertools.pairwise([*edges, len(log.time_s)]):
+        size = float(np.median(np.linalg.norm(log.acc[a:b], axis=1)))
+        if IN_G[0] < size < IN_G[1] and log.time_s[b - 1] - log.time_s[a] > 0.5 * WINDOW_S:
+            raise InputError(
+                f"{log.path}:{log.lines[a]}: for {WINDOW_S:g} s from here on the acceleration has a median length of "
+                f"{size:.3f}, which looks like units of g, and elsewhere it is in m/s²: expected m/s² all along"
+            )
 
 
 def check_up(log: ImuLog, hint: str) -> list[str]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.formats.imu_clock import unit_of
 from pytracker.formats.imu_csv import Header, header_of
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_log import ImuLog
@@ -138,7 +139,7 @@ def read_motion(path: Path, lines: list[str]) -> ImuLog:
     if not (0.9 < norm < 1.1 or 0.9 < norm / GRAVITY < 1.1):
         raise InputError(f"{path}: gravity is {norm:.3g} long in the median, expected 1 g or {GRAVITY:.2f} m/s²")
     force = (-GRAVITY if norm < 2.0 else 1.0) * (acc + gravity)
-    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0], acc=force, gyr=gyr)
+    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0] * unit_of(time_s[:, 0])[1], acc=force, gyr=gyr)
 
 
 def _motion_name(name: str) -> str:
@@ -218,7 +219,7 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Sens
     time_s, values = table.columns("time_s"), table.columns(*axes)
     assert time_s is not None
     assert values is not None
-    time_s *= factors["time_s"]
+    time_s *= factors["time_s"] or unit_of(time_s[:, 0])[1]
     if (back := np.flatnonzero(~(np.diff(time_s[:, 0]) >= 0))).size:
         line = int(table.lines[back[0] + 1])
         raise InputError(f"{path}:{line}: time goes back to {time_s[back[0] + 1, 0]} s, expected increasing times")
@@ -230,12 +231,16 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Sens
 
 
 def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
-    """Columns in our terms, and the factors of their units."""
+    """Columns in our terms, and the factors of their units; 0 of a clock that does not say its own.
+
+    Sensor Logger's `time` is in nanoseconds.
+    """
     names, factors = list(header.names), {}
     for k in sorted(range(len(names)), key=lambda k: "elapsed" not in header.names[k]):
         column = known_as(header.names[k]) or known_as(f"{sensor} {header.names[k]}")
         if column is not None and column.name not in factors:
-            names[k], factors[column.name] = column.name, column.factor
+            is_told = column.has_unit or column.name != "time_s"
+            names[k], factors[column.name] = column.name, column.factor if is_told else 0.0
     return names, factors
 
 

@@ -26,7 +26,8 @@ __all__ = ["read"]
 
 Float = NDArray[np.float64]
 
-SAME_TIME_S = 1e-4
+SAME_TIME = 0.25
+"""Times that are no farther apart than so much of the usual interval are those of one sample."""
 CALIBRATED = 11
 ORIENTATION = {5: "quaternion", 4: "Euler", 10: "matrix"}
 
@@ -99,8 +100,11 @@ def _same_times(a: Table, b: Table) -> tuple[NDArray[np.int64], NDArray[np.int64
                 f"{table.path}:{table.lines[k]}: time {table.values[k, 0]} s after {table.values[k - 1, 0]} s, "
                 "expected increasing times"
             )
-    at = np.clip(np.searchsorted(b.values[:, 0], a.values[:, 0] - SAME_TIME_S), 0, len(b.values) - 1)
-    same = np.abs(b.values[at, 0] - a.values[:, 0]) <= SAME_TIME_S
+    apart_s = SAME_TIME * min(
+        float(np.median(np.diff(table.values[:, 0]))) for table in (a, b) if len(table.values) > 1
+    )
+    at = np.clip(np.searchsorted(b.values[:, 0], a.values[:, 0] - apart_s), 0, len(b.values) - 1)
+    same = np.abs(b.values[at, 0] - a.values[:, 0]) <= apart_s
     if not same.any():
         raise InputError(
             f"{a.path} covers {a.values[0, 0]:.3f} to {a.values[-1, 0]:.3f} s and {b.path} {b.values[0, 0]:.3f} to "

@@ -53,6 +53,8 @@ ORIENTATION_LIKE = re.compile(r"(?i)(quat|mat\[|roll|pitch|yaw|euler)")
 COUNTER_WRAP = 65536
 FINE_WRAP = 2**32
 FINE_TICKS_S = (1e-4, 1e-6)
+RESTARTS_S = 10.0
+"""A counter that goes back, and would have wrapped only if so much was lost, began anew."""
 RATE_RANGE_HZ = (10.0, 3000.0)
 
 
@@ -196,7 +198,16 @@ def _times(table: Table, rate: float | None) -> Float:
     counter = table.columns(COUNTER)
     if counter is None or not np.isfinite(counter).all():
         return np.arange(len(table.lines)) / rate
-    return np.asarray(_unwrap(counter[:, 0], COUNTER_WRAP) / rate)
+    packets = _unwrap(counter[:, 0], COUNTER_WRAP)
+    lost = np.diff(packets) - 1
+    back = np.flatnonzero((np.diff(counter[:, 0]) < 0) & (lost > RESTARTS_S * rate))
+    if back.size:
+        k = int(back[0])
+        raise InputError(
+            f"{table.path}:{table.lines[k + 1]}: {COUNTER} is {counter[k + 1, 0]:.0f} after {counter[k, 0]:.0f}, "
+            f"expected that it goes on, or wraps at {COUNTER_WRAP - 1}: did the device start anew? Write one file each"
+        )
+    return np.asarray(packets / rate)
 
 
 def _fine_times(table: Table, ticks: Float) -> Float:
