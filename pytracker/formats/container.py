@@ -1,4 +1,4 @@
-"""How long a video's container says that the file is: one that was cut short is told from its own sizes.
+"""What a video's container says of the file: one that was cut short, or damaged inside, is told from its own sizes.
 
 | container | what says it | source |
 |---|---|---|
@@ -13,10 +13,12 @@ import struct
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["missing_bytes"]
+__all__ = ["damaged_at", "missing_bytes"]
 
 EBML = b"\x1a\x45\xdf\xa3"
 SEGMENT = b"\x18\x53\x80\x67"
+LISTS = (b"movi", b"rec ")
+"""An AVI's lists that hold frames."""
 BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"moof", b"styp", b"sidx", b"uuid", b"meta", b"udta")
 
 
@@ -33,6 +35,50 @@ def missing_bytes(path: Path) -> int:
         if start[:4] == EBML:
             return max(0, _end_of_segment(file) - size)
     return 0
+
+
+def damaged_at(path: Path) -> int | None:
+    """Where the chain of an AVI's frames breaks, byte; None where it does not, or the container is another.
+
+    An AVI's frames have no times but their order: where some cannot be found all after them come too early. Others'
+    have times of their own.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        at = 0
+        while at + 12 <= size:
+            file.seek(at)
+            name, length, form = struct.unpack("<4sI4s", file.read(12))
+            if name != b"RIFF" or form not in (b"AVI ", b"AVIX") or length == 0:
+                return None
+            end = min(at + 8 + length, size)
+            if (broken := _broken_chunk(file, at + 12, end)) is not None:
+                return broken
+            at += 8 + length + length % 2
+    return None
+
+
+def _broken_chunk(file: BinaryIO, at: int, end: int) -> int | None:
+    """The first of the chunks from `at` to `end`, those of lists among them, that has no name; None where all have."""
+    while at + 8 <= end:
+        file.seek(at)
+        name, length, form = struct.unpack("<4sI4s", file.read(12).ljust(12, b"\0"))
+        if not _is_name(name):
+            return at
+        if name == b"LIST" and form in LISTS:
+            at += 12
+            continue
+        # Some write no padding byte after an odd length.
+        after = at + 8 + length
+        file.seek(after)
+        bare = file.read(4)
+        at = after if length % 2 and _is_name(bare) and after + 8 <= end else after + length % 2
+    return None
+
+
+def _is_name(name: bytes) -> bool:
+    """Whether it may name a chunk: four letters, digits or blanks."""
+    return len(name) == 4 and all(chr(byte).isascii() and (chr(byte).isalnum() or byte == 0x20) for byte in name)
 
 
 def _end_of_boxes(file: BinaryIO, size: int) -> int:

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.container import missing_bytes
+from pytracker.formats.container import damaged_at, missing_bytes
 
 __all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "probe"]
 
@@ -101,6 +101,11 @@ def probe(path: Path) -> VideoInfo:
                 f"{path}: by its own container {missing} bytes are missing at its end ({path.stat().st_size} "
                 "are there), "
                 "expected a whole file: it is cut short"
+            )
+        if (broken := damaged_at(path)) is not None:
+            raise InputError(
+                f"{path}: is damaged at byte {broken} of {path.stat().st_size}: no frame is found there, and those "
+                "after would come too early; expected a whole file: copy or export it again"
             )
         count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
         rate = capture.get(cv2.CAP_PROP_FPS)
