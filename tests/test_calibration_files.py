@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -38,6 +39,10 @@ def shared(name: str) -> Path:
     if not path.exists():
         pytest.skip(f"{path} is not there")
     return path
+
+
+def camera_of(found: dict[str, Any]) -> pt.Camera:
+    return pt.Camera(**{key: of for key, of in found.items() if key != "size_px"}, patch_offset_m=(0.0, 0.0, 0.0))
 
 
 def test_a_table_a_camera(tmp_path: Path) -> None:
@@ -77,8 +82,8 @@ def test_one_rig_by_two_programs_is_the_same() -> None:
     qualisys = shared("video/pose2sim_single/Calib.qca.txt")
     pose2sim = shared("people/pose2sim_truth/S00_Calibration/Calib_qualisys.toml")
     for number in (1, 2, 3, 4):
-        a = pt.Camera(**read_calibration(qualisys, f"cam0{number}"), patch_offset_m=(0.0, 0.0, 0.0))
-        b = pt.Camera(**read_calibration(pose2sim, f"cam_0{number}"), patch_offset_m=(0.0, 0.0, 0.0))
+        a = camera_of(read_calibration(qualisys, f"cam0{number}"))
+        b = camera_of(read_calibration(pose2sim, f"cam_0{number}"))
         assert a.matrix[0][0] == pytest.approx(b.matrix[0][0], rel=1e-4)
         apart = np.linalg.norm(np.array(a.position_m) - np.array(b.position_m))
         assert apart < 0.01, number
@@ -87,7 +92,7 @@ def test_one_rig_by_two_programs_is_the_same() -> None:
 
 def test_caliscope() -> None:
     path = shared("calibration/charuco/camera_array.toml")
-    camera = pt.Camera(**read_calibration(path, "0"), patch_offset_m=(0.0, 0.0, 0.0))
+    camera = camera_of(read_calibration(path, "0"))
     assert camera.matrix[0][0] == pytest.approx(903.55, abs=0.01)
     assert np.linalg.det(np.array(camera.rotation)) == pytest.approx(1.0, abs=1e-6)
 
@@ -240,3 +245,82 @@ def test_a_camera_that_is_none_is_not_written(tmp_path: Path, change: tuple[str,
     known.write_text(OURS)
     done = run("calibrate", "export", known, out, "--size", "640x480", "--camera", "nobody")
     assert "'nobody' is named" in " ".join(done.stderr.split())
+
+
+def test_what_was_passed_over_is_read_or_refused(tmp_path: Path) -> None:
+    """A distortion by another name was dropped, millimetres passed, of two tables of one name the last was taken."""
+    path = tmp_path / "calib.toml"
+    path.write_text(ANIPOSE.replace("distortions =", "distortion ="))
+    found = read_calibration(path, "left")
+    assert found["distortion"] == [0.1, -0.2, 0.001, 0.002, 0.0]
+    assert found["size_px"] == [640, 480]
+    path.write_text(ANIPOSE.replace("[0.1, 0.2, 3.0]", "[100.0, 200.0, 3000.0]"))
+    with pytest.raises(pt.InputError, match=r"the camera's translation is 3008 long, expected metres"):
+        read_calibration(path, "left")
+    path.write_text(ANIPOSE.replace('"right"', '"left"'))
+    with pytest.raises(pt.InputError, match="holds the cameras left, left, and 'left' is named, expected one of them"):
+        read_calibration(path, "left")
+
+
+FORMER = """
+schema = 1
+kind = "arm"
+[[camera]]
+video = "old.mp4"
+matrix = [[600.0, 0.0, 319.5], [0.0, 600.0, 239.5], [0.0, 0.0, 1.0]]
+distortion = [0.1, -0.2, 0.001, 0.002, 0.0]
+rotation = [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+translation_m = [0.1, 0.2, 3.0]
+[arm]
+side = "left"
+shoulder_m = [0.0, 0.0, 1.4]
+upper_arm_m = 0.3
+upper_arm_sd_m = 0.02
+forearm_m = 0.25
+"""
+
+
+def begun(simulated: Path, folder: Path, known: Path) -> str:
+    """The recording.toml of an arm of which `known` is known."""
+    made = pt.setup.init(folder, video=simulated / "video.mp4", imu=simulated / "imu.csv", camera=known)
+    return made.read_text("utf-8")
+
+
+def test_a_former_recording_is_known_beforehand(simulated: Path, tmp_path: Path) -> None:
+    """It was read, and nothing of it used."""
+    (tmp_path / "recording.toml").write_text(FORMER, "utf-8")
+    text = begun(simulated, tmp_path / "new", tmp_path / "recording.toml")
+    for line in FORMER.splitlines()[5:]:
+        assert line in text
+    assert "old.mp4" not in text
+    assert "guessed" not in text
+
+
+@pytest.mark.parametrize(
+    ("size", "expected"),
+    [
+        ([640, 480], "matrix = [[600.0, 0.0, 319.5], [0.0, 600.0, 239.5], [0.0, 0.0, 1.0]]"),
+        ([640, 488], "matrix = [[600.0, 0.0, 319.5], [0.0, 600.0, 239.5], [0.0, 0.0, 1.0]]"),
+        ([1280, 960], "matrix = [[300.0, 0.0, 159.5], [0.0, 300.0, 119.5], [0.0, 0.0, 1.0]]  # scaled from 1280 x 960"),
+        ([480, 640], "is of pictures of 480 x 640 px, and .* has 640 x 480, expected the same, or scaled alike"),
+        ([640], "size_px is .640., expected width and height"),
+    ],
+)
+def test_a_calibration_is_of_pictures_of_a_size(
+    simulated: Path, tmp_path: Path, size: list[int], expected: str
+) -> None:
+    """At another size it was taken as it is: 8.6 cm, all valid."""
+    known = tmp_path / "camera.toml"
+    known.write_text(f"size_px = {size}\n" + "\n".join(FORMER.splitlines()[5:9]), "utf-8")
+    if expected.startswith("matrix"):
+        assert expected in begun(simulated, tmp_path / "new", known)
+    else:
+        with pytest.raises(pt.InputError, match=expected):
+            begun(simulated, tmp_path / "new", known)
+
+
+def test_a_key_that_is_none_is_named(simulated: Path, tmp_path: Path) -> None:
+    known = tmp_path / "camera.toml"
+    known.write_text("distortions = [0.1, 0.0, 0.0, 0.0, 0.0]\n", "utf-8")
+    with pytest.raises(pt.InputError, match=r"distortions is no key of .*, did you mean 'distortion'\?"):
+        pt.setup.init(tmp_path / "new", video=simulated / "video.mp4", camera=known)

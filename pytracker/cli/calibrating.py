@@ -13,7 +13,7 @@ from pytracker._core import check_camera
 from pytracker.cli.options import Force, Quiet, check_new, say
 from pytracker.cli.terminal import frames_bar
 from pytracker.evidence.boards import Board, BoardKind
-from pytracker.formats.calibration import read_calibration
+from pytracker.formats.calibration import read_calibration, size_of
 from pytracker.formats.calibration_write import calibration_text
 from pytracker.formats.points import read_points
 from pytracker.formats.toml_file import parse_toml
@@ -97,8 +97,8 @@ def camera(
 
 def _lines(found: Intrinsics) -> list[str]:
     return [
-        f"# {found.size[0]} x {found.size[1]} px; {len(found.frames)} views, corners fit to "
-        f"{np.median(found.rms_px):.2f} px",
+        f"# {len(found.frames)} views, corners fit to {np.median(found.rms_px):.2f} px",
+        f"size_px = {list(found.size)}",
         f"matrix = {np.round(found.matrix, 3).tolist()}",
         f"distortion = {np.round(found.distortion, 6).tolist()}",
         f"focal_sd = {found.focal_sd:.5f}",
@@ -139,15 +139,24 @@ def pose(
 def export(
     known: Annotated[Path, typer.Argument(help="TOML with matrix and what else is known of the camera.")],
     out: Annotated[Path, typer.Argument(help=".toml for Pose2Sim and AniPose, .yml for OpenCV.")],
-    size: Annotated[str, typer.Option(help="Width x height of its pictures, px.", metavar="1920x1080")],
+    size: Annotated[
+        str | None, typer.Option(help="Width x height of its pictures, px, where it does not say.", metavar="1920x1080")
+    ] = None,
     name: Annotated[str, typer.Option(help="What the camera is called there.")] = "cam_01",
     camera: Annotated[str | None, typer.Option(help="Which of several cameras of the file.")] = None,
     force: Force = False,
 ) -> None:
     """Write a camera as others read it: Pose2Sim's and AniPose's TOML, or OpenCV's YAML."""
     check_new(out, out.suffix, force=force)
-    size_px = _size(size, "--size", 99999, "width and height such as 1920x1080")
     given = read_calibration(known, camera)
+    size_px = size_of(known, given)
+    if size is not None:
+        asked = _size(size, "--size", 99999, "width and height such as 1920x1080")
+        if size_px not in (None, asked):
+            raise pt.InputError(f"{known}: is of pictures of {size_px[0]} x {size_px[1]} px, and --size is {size}")
+        size_px = asked
+    if size_px is None:
+        raise pt.InputError(f"{known}: does not say how large its pictures are, expected size_px, or --size 1920x1080")
     text = calibration_text(out, given, size_px, name)
     try:
         check_camera(pt.Camera(**{key: given[key] for key in CAMERA_KEYS if key in given}))

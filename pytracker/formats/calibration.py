@@ -5,11 +5,12 @@
 | TOML, a table a camera with `matrix`, `distortions`, `rotation`, `translation` | Pose2Sim, AniPose, Caliscope |
 | XML, `<camera>` with `<transform>` and `<intrinsic>` | Qualisys Track Manager |
 | YAML, XML of matrices called `camera_matrix`, `distortion_coefficients`, ... | OpenCV's FileStorage, ROS |
-| TOML with `matrix` at its top | ours |
+| TOML with `matrix` at its top, or `[[camera]]` and `[arm]` of a recording.toml | ours |
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -17,18 +18,19 @@ from xml.etree import ElementTree
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.opencv_storage import matrices_of
+from pytracker.formats.opencv_storage import matrices_of, picture_size
 from pytracker.formats.text import read_lines
 from pytracker.formats.toml_file import parse_toml
 from pytracker.rotation import Array, rotate, rotation_vector_to_quaternion
 
-__all__ = ["read_calibration"]
+__all__ = ["read_calibration", "size_of"]
 
 QUALISYS_PX = 64.0
 """Qualisys counts in so many parts of a pixel, and in millimetres; its camera looks along -z, with y up."""
 OVER = np.diag([1.0, -1.0, -1.0])
 
 OPENCV_SECOND = ("m2", "d2", "k2", "camera_matrix_2", "cameramatrix2")
+DISTORTIONS = ("distortions", "distortion", "dist_coeffs", "distortion_coefficients")
 FARTHEST_M = 50.0
 """No camera of a room is farther from its world; one that was calibrated in millimetres is."""
 OPENCV_MATRIX = ("cameramatrix", "k", "mtx", "m1", "intrinsic", "intrinsicmatrix")
@@ -41,25 +43,40 @@ OPENCV_OTHERS = (
 
 
 def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, Any]:
-    """The keys of `[[camera]]` that it has, and whatever else stands in a file of ours.
+    """The keys of `[[camera]]` that it has, and whatever else stands in a file of ours; `size_px` where it says which.
 
-    `camera` names one of several. Raises `InputError` for a file that is none of these, a camera that is not there, or
-    values that are no numbers.
+    `camera` names one of several, of a recording.toml its number. Raises `InputError` for a file that is none of these,
+    a camera that is not there, or values that are no numbers, or no metres.
     """
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: there is no such file")
     if path.suffix.lower() in (".toml", ".tml"):
         data = parse_toml(path)
-        cameras = {str(name): table for name, table in _tables(data) if "matrix" in table}
-        if not cameras:
-            if camera is not None:
-                raise InputError(f"{path}: holds one camera without a name, and {camera!r} is named, expected none")
-            return data
-        return _of_toml(path, _chosen(path, cameras, camera))
+        if isinstance(data.get("camera"), list):
+            return _of_recording(path, data, camera)
+        tables = [(str(name), table) for name, table in _tables(data) if "matrix" in table]
+        if tables:
+            return _of_toml(path, _chosen(path, tables, camera))
+        if camera is not None:
+            raise InputError(f"{path}: holds one camera without a name, and {camera!r} is named, expected none")
+        return data
     text = "\n".join(read_lines(path))
     matrices = matrices_of(path, text)
-    return _of_opencv(path, matrices) if matrices else _of_qualisys(path, text, camera)
+    return _of_opencv(path, matrices, picture_size(text)) if matrices else _of_qualisys(path, text, camera)
+
+
+def size_of(path: Path | str, known: Mapping[str, Any]) -> tuple[int, int] | None:
+    """Width and height of the pictures that a calibration is of, px; None where it does not say.
+
+    Raises `InputError` where it says something else there.
+    """
+    match known.get("size_px"):
+        case None:
+            return None
+        case [int(width), int(height)] if width > 0 and height > 0:
+            return width, height
+    raise InputError(f"{path}: size_px is {str(known['size_px'])[:80]}, expected width and height, px")
 
 
 def _tables(data: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
@@ -69,13 +86,21 @@ def _tables(data: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
     return [(str(table.get("name", name)), table) for name, table in inner.items() if isinstance(table, dict)]
 
 
-def _chosen(path: Path, cameras: dict[str, Any], camera: str | None) -> Any:
+def _chosen(path: Path, cameras: list[tuple[str, Any]], camera: str | None) -> Any:
+    names = [name for name, _ in cameras]
     if camera is None and len(cameras) == 1:
-        return next(iter(cameras.values()))
-    if camera not in cameras:
+        return cameras[0][1]
+    if camera is None or names.count(camera) != 1:
         said = "none is named" if camera is None else f"{camera!r} is named"
-        raise InputError(f"{path}: holds the cameras {', '.join(cameras)[:300]}, and {said}, expected one of them")
-    return cameras[camera]
+        raise InputError(f"{path}: holds the cameras {', '.join(names)[:300]}, and {said}, expected one of them")
+    return dict(cameras)[camera]
+
+
+def _of_recording(path: Path, data: dict[str, Any], camera: str | None) -> dict[str, Any]:
+    """What a recording.toml says of a camera and of the arm."""
+    cameras = [(str(k), dict(table)) for k, table in enumerate(data["camera"])]
+    arm = data.get("arm")
+    return {**_chosen(path, cameras, camera), **(arm if isinstance(arm, dict) else {})}
 
 
 def _numbers(path: Path, what: str, value: object, *shapes: tuple[int, ...]) -> Array:
@@ -93,19 +118,28 @@ def _of_toml(path: Path, table: dict[str, Any]) -> dict[str, Any]:
     if table.get("fisheye"):
         raise InputError(f"{path}: the camera is a fisheye, expected one with OpenCV's five distortions")
     found: dict[str, Any] = {"matrix": _numbers(path, "matrix", table["matrix"], (3, 3)).tolist()}
-    if "distortions" in table:
-        given = _numbers(path, "distortions", table["distortions"], (4,), (5,))
+    distortion = next((table[name] for name in DISTORTIONS if name in table), None)
+    if distortion is not None:
+        given = _numbers(path, "distortions", distortion, (4,), (5,))
         found["distortion"] = [*given.tolist(), *[0.0] * (5 - len(given))]
-    if "rotation" in table and "translation" in table:
+    translation = table.get("translation", table.get("translation_m"))
+    if "rotation" in table and translation is not None:
         rotation = _numbers(path, "rotation", table["rotation"], (3,), (3, 3))
         if rotation.ndim == 1:
             rotation = np.stack([rotate(rotation_vector_to_quaternion(rotation), axis) for axis in np.eye(3)], axis=1)
         found["rotation"] = rotation.tolist()
-        found["translation_m"] = _numbers(path, "translation", table["translation"], (3,)).tolist()
+        found["translation_m"] = _numbers(path, "translation", translation, (3,)).tolist()
+        far = float(np.linalg.norm(found["translation_m"]))
+        if far > FARTHEST_M:
+            raise InputError(
+                f"{path}: the camera's translation is {far:.4g} long, expected metres, {FARTHEST_M:g} at most"
+            )
+    if "size" in table:
+        found["size_px"] = [round(side) for side in _numbers(path, "size", table["size"], (2,)).tolist()]
     return found
 
 
-def _of_opencv(path: Path, matrices: dict[str, Array]) -> dict[str, Any]:
+def _of_opencv(path: Path, matrices: dict[str, Array], size_px: tuple[int, int] | None) -> dict[str, Any]:
     def named(names: tuple[str, ...]) -> Array | None:
         found = [name for name in matrices if name.lower().replace("_", "") in names]
         if len(found) > 1:
@@ -130,13 +164,10 @@ def _of_opencv(path: Path, matrices: dict[str, Array]) -> dict[str, Any]:
             )
         table["distortions"] = distortion.ravel()[:5].tolist()
     if rotation is not None and translation is not None:
-        far = float(np.linalg.norm(translation))
-        if far > FARTHEST_M:
-            raise InputError(
-                f"{path}: the camera's translation is {far:.4g} long, expected metres, {FARTHEST_M:g} at most"
-            )
         table["rotation"] = (rotation if rotation.shape == (3, 3) else rotation.ravel()).tolist()
         table["translation"] = translation.ravel().tolist()
+    if size_px is not None:
+        table["size"] = list(size_px)
     return _of_toml(path, table)
 
 
@@ -145,7 +176,7 @@ def _of_qualisys(path: Path, text: str, camera: str | None) -> dict[str, Any]:
         root = ElementTree.fromstring(text.encode())  # noqa: S314 - a file of the user's own
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise InputError(f"{path}: is no calibration: neither TOML nor XML ({error})") from None
-    cameras = {str(of.get("serial", k)): of for k, of in enumerate(root.iter("camera"))}
+    cameras = [(str(of.get("serial", k)), of) for k, of in enumerate(root.iter("camera"))]
     if not cameras:
         raise InputError(f"{path}: has no <camera>, expected a calibration of Qualisys")
     chosen = _chosen(path, cameras, camera)
@@ -163,9 +194,13 @@ def _of_qualisys(path: Path, text: str, camera: str | None) -> dict[str, Any]:
     k1, k2, p1, p2 = of(
         intrinsic, "radialDistortion1", "radialDistortion2", "tangentalDistortion1", "tangentalDistortion2"
     )
-    return {
+    found: dict[str, Any] = {
         "matrix": [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],
-        "distortion": [float(k1), float(k2), float(p1), float(p2), 0.0],
+        "distortion": [float(k1), float(k2), float(p1), float(p2), float(intrinsic.get("radialDistortion3", 0.0))],
         "rotation": rotation.tolist(),
         "translation_m": (-rotation @ centre).tolist(),
     }
+    if intrinsic.get("sensorMaxU") is not None:
+        ends = of(intrinsic, "sensorMaxU", "sensorMaxV")
+        found["size_px"] = [round(end / QUALISYS_PX) + 1 for end in ends]
+    return found

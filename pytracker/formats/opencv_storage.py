@@ -11,7 +11,7 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.rotation import Array
 
-__all__ = ["matrices_of"]
+__all__ = ["matrices_of", "picture_size"]
 
 MATRIX = re.compile(
     r"^\s*(?P<name>\w+):\s*(!!opencv-matrix)?\s*\n\s*rows:\s*(?P<rows>\d+)\s*\n\s*cols:\s*(?P<cols>\d+)\s*\n"
@@ -39,6 +39,13 @@ def matrices_of(path: Path, text: str) -> dict[str, Array]:
         raise InputError(f"{path}: has {twice} more than once, expected a file of one camera")
     _check_known(path, text, list(found))
     return {name: _matrix(path, name, *cells) for name, cells in found.items()}
+
+
+def picture_size(text: str) -> tuple[int, int] | None:
+    """Width and height of the pictures, px, where the text says both."""
+    found = [re.search(rf"\b{name}\W+(\d{{1,5}})\b", text) for name in ("image_width", "image_height")]
+    width, height = (None if side is None else int(side[1]) for side in found)
+    return None if width is None or height is None else (width, height)
 
 
 def _check_known(path: Path, text: str, names: list[str]) -> None:

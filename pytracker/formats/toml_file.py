@@ -8,7 +8,7 @@ import typing
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from pytracker._core import InputError
 
@@ -17,11 +17,33 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-__all__ = ["Entry", "Finite", "Length", "Positive", "Whole", "faults_of", "parse_toml", "read_toml", "validated"]
+__all__ = [
+    "Entry",
+    "FileName",
+    "Finite",
+    "Length",
+    "Positive",
+    "Whole",
+    "faults_of",
+    "parse_toml",
+    "read_toml",
+    "validated",
+]
 
 Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Whole = Annotated[int, Field(strict=True)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+FILE_BYTES = 255
+"""No file system takes a longer name of a file or a folder."""
+
+
+def _is_file_name(name: str) -> str:
+    if not name or "\0" in name or any(len(part.encode()) > FILE_BYTES for part in name.split("/")):
+        raise ValueError(f"the name of a file, of 1 to {FILE_BYTES} bytes, without NUL")  # pydantic's way to refuse
+    return name
+
+
+FileName = Annotated[str, AfterValidator(_is_file_name)]
 Length = Annotated[float, Field(strict=True, gt=0, le=1, allow_inf_nan=False)]
 
 
@@ -89,7 +111,8 @@ def _fault(model: type[BaseModel], fault: Any) -> str:
         return f"{place} is not a known key, {hint}"
     if fault["type"] == "missing":
         return f"{place} is missing"
-    return f"{place} is {repr(fault['input'])[:200]}, expected: {fault['msg'][0].lower()}{fault['msg'][1:]}"
+    message = fault["msg"].removeprefix("Value error, ")
+    return f"{place} is {repr(fault['input'])[:200]}, expected: {message[0].lower()}{message[1:]}"
 
 
 def _place(loc: tuple[Any, ...]) -> str:

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from pytracker._core import InputError
 from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order
-from pytracker.formats.toml_file import Entry, Finite, Length, Positive, Whole, read_toml, validated
+from pytracker.formats.toml_file import Entry, FileName, Finite, Length, Positive, Whole, read_toml, validated
 
 __all__ = [
     "ArmEntry",
@@ -50,7 +50,7 @@ Pixels = Annotated[int, Field(strict=True, ge=8, le=16384)]
 class CameraEntry(Entry):
     """`[[camera]]`: a video and the calibrated camera that took it."""
 
-    video: str
+    video: FileName
     start_s: Finite = 0.0
     matrix: Matrix
     focal_sd: Spread | None = None
@@ -63,15 +63,15 @@ class CameraEntry(Entry):
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
     patch_offset_sd_m: Spread | None = None
     patches: dict[Literal["shoulder", "elbow"], Box] = Field(default_factory=dict)
-    keypoints: str | None = None
+    keypoints: FileName | None = None
     keypoint_model: str = "auto"
 
 
 class ImuEntry(Entry):
     """`[[imu]]`: an inertial sensor's file and how it is worn."""
 
-    file: str
-    orientation_file: str | None = None
+    file: FileName
+    orientation_file: FileName | None = None
     format: Literal["auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone"] = "auto"
     columns: dict[ImuColumn, str] = Field(default_factory=dict)
     rate_hz: Positive | None = None
@@ -116,7 +116,7 @@ class ArmEntry(Entry):
 class TruthEntry(Entry):
     """`[truth]`: measured joints, where there are any."""
 
-    file: str
+    file: FileName
     markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
     up: Up | None = None
     offset_s: Finite = 0.0
@@ -125,14 +125,14 @@ class TruthEntry(Entry):
 class BodyCameraEntry(Entry):
     """`[[camera]]` of a body: a video or keypoints alone; a pinhole, weak perspective, or point pairs to fit it."""
 
-    video: str | None = None
+    video: FileName | None = None
     size_px: tuple[Pixels, Pixels] | None = None
     rate_hz: Positive | None = None
     start_s: Finite = 0.0
-    background: str | None = None
-    keypoints: str | None = None
+    background: FileName | None = None
+    keypoints: FileName | None = None
     keypoint_model: str = "auto"
-    points: str | None = None
+    points: FileName | None = None
     affine: tuple[tuple[Finite, ...], tuple[Finite, ...]] | None = None
     matrix: Matrix | None = None
     distortion: tuple[Finite, Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0, 0.0)
@@ -144,7 +144,7 @@ class BodyCameraEntry(Entry):
 class SkeletonEntry(Entry):
     """`[skeleton]`: the subject's Acclaim skeleton, or the package's own average one, scaled."""
 
-    file: str | None = None
+    file: FileName | None = None
     height_m: Annotated[float, Field(strict=True, ge=0.5, le=2.5)] | None = None
 
 
@@ -154,7 +154,7 @@ class InitialEntry(Entry):
     `distance_sd_m` is how well it tells how far off the person is.
     """
 
-    angles: str | None = None
+    angles: FileName | None = None
     frame: Annotated[int, Field(strict=True, ge=0)] | None = None
     distance_sd_m: Positive | None = None
 
@@ -162,7 +162,7 @@ class InitialEntry(Entry):
 class BodyTruthEntry(Entry):
     """`[truth]` of a body: an AMC motion on the same skeleton (with its rate), or joints as points."""
 
-    file: str
+    file: FileName
     rate_hz: Positive | None = None
     markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
     up: Up | None = None

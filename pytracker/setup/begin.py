@@ -9,7 +9,6 @@ import numpy as np
 import tomlkit
 
 from pytracker._core import InputError, check_camera
-from pytracker.formats.calibration import read_calibration
 from pytracker.formats.imu import read_imu
 from pytracker.formats.trc import read_trc
 from pytracker.formats.video import frames, probe
@@ -18,6 +17,7 @@ from pytracker.recording.camera import Camera
 from pytracker.recording.truth import UP
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
+from pytracker.setup.known import known_of
 from pytracker.setup.subject_entry import SUBJECTS, SubjectEntry, check_command, value
 from pytracker.setup.truth_entry import truth_lines
 from pytracker.setup.upright import AS_TRC, axis_up, words_of
@@ -43,14 +43,15 @@ def init(
     """Write `folder`/recording.toml; the files stay where they are and are named from there.
 
     An arm where there is an IMU, else a body. `camera` is what is known already: a TOML file whose keys are those of
-    `[[camera]]` and `[arm]`, or a calibration by others, of whose cameras `camera_name` names one. Returns the file's
-    path. Raises `InputError` for a file that cannot be read, or a recording.toml that is there already, unless `force`.
+    `[[camera]]` and `[arm]`, a former recording.toml, or a calibration by others; `camera_name` names one of several.
+    Returns the file's path. Raises `InputError` for a file that cannot be read, or a recording.toml that is there
+    already, unless `force`.
     """
     folder = Path(folder)
     path = folder / "recording.toml"
     if path.exists() and not force:
         raise InputError(f"{path}: already exists, expected none (or --force to replace it)")
-    known = {} if camera is None else read_calibration(camera, camera_name)
+    known, scaled = ({}, "") if camera is None else known_of(camera, camera_name, Path(video))
     folder.mkdir(parents=True, exist_ok=True)
     kind = "arm" if imu is not None else "body"
     subject = SUBJECTS[kind]
@@ -60,7 +61,7 @@ def init(
         "schema = 1",
         f'kind = "{kind}"',
         "",
-        *_camera(folder, Path(video), known, subject, None if keypoints is None else Path(keypoints), turned),
+        *_camera(folder, Path(video), known, subject, None if keypoints is None else Path(keypoints), turned, scaled),
         *([] if imu is None else _imu(folder, Path(imu), f"{known.get('side', 'right')}_forearm")),
         *subject.tables(known, folder, has_keypoints=keypoints is not None),
         *([] if truth is None else _truth(folder, Path(truth), kind, known, up)),
@@ -129,7 +130,13 @@ def _is_turned(known: dict[str, object], truth: Path) -> bool:
 
 
 def _camera(
-    folder: Path, video: Path, known: dict[str, object], subject: SubjectEntry, keypoints: Path | None, turned: str
+    folder: Path,
+    video: Path,
+    known: dict[str, object],
+    subject: SubjectEntry,
+    keypoints: Path | None,
+    turned: str,
+    scaled: str,
 ) -> list[str]:
     name, info = _named(folder, video), probe(video)
     next(frames(video), None)
@@ -141,7 +148,7 @@ def _camera(
     if keypoints is not None:
         lines.append(f"keypoints = {_named(folder, keypoints)}")
     if "matrix" in known:
-        lines.append(f"matrix = {value(known['matrix'])}")
+        lines.append(f"matrix = {value(known['matrix'])}" + (f"  # {scaled}" if scaled else ""))
     else:
         focal = PHONE_FOCAL * max(info.width, info.height)
         matrix = [[focal, 0.0, (info.width - 1) / 2], [0.0, focal, (info.height - 1) / 2], [0.0, 0.0, 1.0]]

@@ -65,7 +65,10 @@ class SubjectEntry(ABC):
 class ArmSubject(SubjectEntry):
     """`[arm]`, and the patch that it wears."""
 
-    camera_keys = ("distortion", "focal_sd", "rotation_sd_deg", "distance_sd_m")
+    camera_keys = (
+        *("distortion", "focal_sd", "rotation_sd_deg", "distance_sd_m"),
+        *("patch_offset_m", "patch_offset_sd_m"),
+    )
 
     def patch(self, known: Known, folder: Path) -> list[str]:
         """Its box in the first frame."""
@@ -83,7 +86,8 @@ class ArmSubject(SubjectEntry):
             ("forearm_m", "elbow to wrist, m: a tape measure, to 1 cm"),
         ):
             lines.append(f"{key} = {value(known[key])}" if key in known else f"# {key} = ...  # missing: {words}")
-        return [*lines, ""]
+        spreads = [key for key in ("shoulder_sd_m", "upper_arm_sd_m", "forearm_sd_m") if key in known]
+        return [*lines, *(f"{key} = {value(known[key])}" for key in spreads), ""]
 
 
 class BodySubject(SubjectEntry):
