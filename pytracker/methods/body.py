@@ -307,6 +307,7 @@ class BodySmooth(Partitioned, _Momentum):
     """
 
     balance: float = 0.12
+    unseen_across_sd_m: float = 0.035
     unseen_distance_sd_m: float = _Momentum.unseen_distance_sd_m
     unseen_lean_sd_rad: float = _Momentum.unseen_lean_sd_rad
     unseen_turn_sd_rad: float = _Momentum.unseen_turn_sd_rad
