@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking import ArmTrack
 from pytracker.tracking.found import found_by
+from pytracker.tracking.pauses import of_pauses
 from pytracker.tracking.swivel import HANGS, hangs
 
 
@@ -36,6 +38,15 @@ def test_a_heading_that_is_off_is_told(pattern: str) -> None:
         assert pt.doubts(tracked(pattern, seed)) == ()
         (doubt,) = pt.doubts(tracked(pattern, seed, heading_deg=20.0))
         assert "camera and IMU agree better with heading_deg turned by -20° (log evidence +" in doubt
+
+
+def test_a_video_that_pauses_is_told(simulated: Path) -> None:
+    """Of a WebM with a tenth zeroed 2 s of frames were missing, without a word."""
+    track = pt.track(pt.load(simulated), pt.Ekf())
+    assert of_pauses(track) == ()
+    late = np.where(np.arange(len(track.time_s)) < 40, track.time_s, track.time_s + 2.0)
+    (said,) = of_pauses(dataclasses.replace(track, time_s=late))
+    assert f"s in 1 pauses there is no frame, the longest from {late[39]:.3f} to {late[40]:.3f} s" in said
 
 
 def test_an_elbow_above_the_line_from_shoulder_to_wrist_is_told() -> None:

@@ -22,6 +22,7 @@ from pytracker.tracking.arm import JITTERY, ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_doubts import of_body
 from pytracker.tracking.found import found_by
+from pytracker.tracking.pauses import of_pauses
 from pytracker.tracking.suspects import MIRRORED, suspects
 from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track, where_of
@@ -78,14 +79,15 @@ def doubts(track: Track) -> tuple[str, ...]:
     lengths, shoulder, camera, a mirrored picture; by `PROBE`, some of them by `HELD` too. Where it was smoothed,
     lengths, shoulder and cameras should be what they are said to be. Where nothing of this was said, its elbow should
     hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. A
-    body's key joints should have foreground about them, and its head be where the person's is.
+    body's key joints should have foreground about them, and its head be where the person's is. Of either, frames should
+    follow each other without long pauses.
     """
     return ()
 
 
 @doubts.register
 def _(track: ArmTrack) -> tuple[str, ...]:
-    return *_of_jitter(track), *(_of_arm_alone(track) or _of_elbow(track)), *of_upper_arm(track)
+    return *of_pauses(track), *_of_jitter(track), *(_of_arm_alone(track) or _of_elbow(track)), *of_upper_arm(track)
 
 
 def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
@@ -232,4 +234,4 @@ Track.doubter = staticmethod(doubts)
 
 @doubts.register
 def _(track: BodyTrack) -> tuple[str, ...]:
-    return of_body(track)
+    return *of_pauses(track), *of_body(track)
