@@ -53,7 +53,8 @@ def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, A
         raise InputError(f"{path}: there is no such file")
     if path.suffix.lower() in (".toml", ".tml"):
         data = parse_toml(path)
-        if isinstance(data.get("camera"), list):
+        former = data.get("camera")
+        if isinstance(former, list) and all(isinstance(table, dict) for table in former):
             return _of_recording(path, data, camera)
         tables = [(str(name), table) for name, table in _tables(data) if "matrix" in table]
         if tables:
@@ -98,7 +99,7 @@ def _chosen(path: Path, cameras: list[tuple[str, Any]], camera: str | None) -> A
 
 def _of_recording(path: Path, data: dict[str, Any], camera: str | None) -> dict[str, Any]:
     """What a recording.toml says of a camera and of the arm."""
-    cameras = [(str(k), dict(table)) for k, table in enumerate(data["camera"])]
+    cameras = [(str(k), table) for k, table in enumerate(data["camera"])]
     arm = data.get("arm")
     return {**_chosen(path, cameras, camera), **(arm if isinstance(arm, dict) else {})}
 
