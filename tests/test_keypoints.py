@@ -316,6 +316,11 @@ def test_names_of_pictures_say_which_frames(tmp_path: Path) -> None:
     assert plain(tmp_path / "a.csv", rows, f"image_name,{PLAIN}").frames.tolist() == [5, 6, 9]
 
 
+def test_columns_of_other_things_may_be_words(tmp_path: Path) -> None:
+    rows = [f"clip.mp4,{k},adult,100,50,120,90" for k in (5, 6, 9)]
+    assert plain(tmp_path / "a.csv", rows, f"file,frame,who,{PLAIN}").frames.tolist() == [5, 6, 9]
+
+
 def test_shares_of_the_picture_are_told(tmp_path: Path) -> None:
     assert plain(tmp_path / "a.csv", ["0.2,0.3,0.4,0.5", "0.2,0.3,0.41,0.5"]).is_share
     assert not plain(tmp_path / "b.csv", ["20,30,40,50", "20,30,41,50"]).is_share

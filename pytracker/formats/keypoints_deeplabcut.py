@@ -33,8 +33,9 @@ def read_deeplabcut(path: Path) -> Keypoints:
     # Before the points stands the frame's number or its picture's name, of which folders may have columns of their own.
     columns = len(rows["coords"])
     points = next((k for k, cell in enumerate(rows["coords"]) if k and cell), 1)
-    table = cells_of(path, lines, len(rows), columns, points - 1)
-    return of_deeplabcut(path, {name: cells[points:] for name, cells in rows.items()}, table[:, 1:], table[:, 0])
+    table = cells_of(path, lines, len(rows), columns, range(points - 1, columns))
+    levels = {name: cells[points:] for name, cells in rows.items()}
+    return of_deeplabcut(path, levels, table[:, points:], table[:, points - 1])
 
 
 def of_deeplabcut(path: Path, levels: Mapping[str, Sequence[str]], table: Array, index: Array) -> Keypoints:

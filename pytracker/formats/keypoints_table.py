@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +19,10 @@ from pytracker.rotation import Array
 
 __all__ = ["cells_of", "frame_in", "frames_of", "from_columns", "read_table", "read_trc_keypoints"]
 
-FRAME = re.compile(r"frame([ _]?(id|idx|index|no|nr|number))?#?|(image|img|picture|file|frame)[ _]?(name|file|path)?")
-"""A column that counts frames, or names their pictures."""
-PICTURE = re.compile(r"\.(png|jpe?g|bmp|tiff?)$", re.IGNORECASE)
+FRAME = re.compile(r"frame([ _]?(id|idx|index|no|nr|number))?#?")
+"""A column that counts frames."""
+PICTURE = re.compile(r"\.(png|jpe?g|bmp|tiff?)\s*$", re.IGNORECASE)
+"""What names one does too."""
 TIME = re.compile(r"time(stamp)?([ _(\[]*(s|sec|ms|us|ns)[)\]]?)?")
 """A column of their times."""
 UNITS_S = ((0.5, 1.0), (500.0, 1e-3), (5e5, 1e-6), (np.inf, 1e-9))
@@ -43,8 +44,10 @@ def read_table(path: Path) -> Keypoints:
     if not set(joints) & set(KEYPOINTS):
         raise InputError(f"{path}:1: header names no joint, expected such as left_wrist_x and left_wrist_y")
     is_mediapipe = any(cell.startswith("X_") for cell in cells)
-    table = cells_of(path, lines, 1, len(cells))
     counts, times = ([k for k, cell in enumerate(cells) if of.fullmatch(cell.lower())] for of in (FRAME, TIME))
+    below = lines[1].split(",") if len(lines) > 1 else []
+    counts += [k for k, cell in enumerate(below) if PICTURE.search(cell)]
+    table = cells_of(path, lines, 1, len(cells), {k for k, _, _ in named} | {*counts[:1], *times[:1]})
     frames = frames_of(path, table[:, counts[0]]) if counts else np.arange(len(table), dtype=np.int64)
     time_s, odd = _times(path, table[:, times[0]]) if times and not counts else (None, ())
     places = table[:, [k for k, joint, axis in named if axis != "confidence"]]
@@ -114,8 +117,8 @@ def _column(cell: str) -> tuple[str, str] | None:
     return None
 
 
-def cells_of(path: Path, lines: list[str], first: int, columns: int, leading: int = 0) -> Array:
-    """Numbers of the rows from line `first` on, but for `leading` cells `(T, C)`; of a picture's name, its last number.
+def cells_of(path: Path, lines: list[str], first: int, columns: int, wanted: Container[int]) -> Array:
+    """Numbers of the rows from line `first` on `(T, C)`; of a picture's name, its last; NaN in columns not `wanted`.
 
     Raises `InputError` for rows of other lengths, what is no number, or no row.
     """
@@ -128,7 +131,8 @@ def cells_of(path: Path, lines: list[str], first: int, columns: int, leading: in
         cells = lines[k].split(",")
         if len(cells) != columns:
             raise InputError(f"{path}:{k + 1}: row has {len(cells)} cells, expected {columns} as the header has")
-        rows.append([number(frame_in(cell), path, k + 1, "a keypoint") for cell in cells[leading:]])
+        numbers = (frame_in(cell) if at in wanted else "" for at, cell in enumerate(cells))
+        rows.append([number(cell, path, k + 1, "a keypoint") for cell in numbers])
     if not rows:
         raise InputError(f"{path}: has a header but no rows, expected one a frame")
     return np.array(rows)
