@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytracker as pt
 from pytracker.formats.imu import orient, read_imu
 from pytracker.formats.imu_checks import check
 from pytracker.formats.imu_filled import without_filled
+from pytracker.formats.imu_gravity import at_rest
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate import ArmSimulation
@@ -158,6 +160,20 @@ def test_without_orientation_a_gyroscope_in_other_units_is_told(tmp_path: Path, 
     assert "refused" not in told(tmp_path, table, NO_QUATERNION)
     table[:, GYR] *= factor
     assert "computed from the gyroscope: is gyr in rad/s" in told(tmp_path, table, NO_QUATERNION)
+
+
+def test_even_turning_is_no_rest(tmp_path: Path) -> None:
+    """A wrist that goes in a circle evenly was "at rest" twice a turn, and what it turned by taken off: 22 cm for 2."""
+    imu = ArmSimulation(pt.ArmScene(pattern="circle", duration_s=20.0), seed=4).imu
+    assert imu.gyr is not None
+    table = np.column_stack([imu.time_s, imu.acc, imu.gyr])
+    assert at_rest(read_imu(write(tmp_path / "imu.csv", table.tolist(), NO_QUATERNION)))
+    assert "At rest the gyroscope reads" not in told(tmp_path, table, NO_QUATERNION)
+    still = np.column_stack([imu.time_s, np.tile([0.0, 0.0, 9.81], (len(table), 1)), np.zeros((len(table), 3))])
+    still[:, 1:] += np.random.default_rng(0).normal(0.0, 0.01, (len(table), 6))
+    still[:, GYR] += [0.0, 0.2, -0.1]
+    said = told(tmp_path, still, NO_QUATERNION)
+    assert re.search(r"At rest the gyroscope reads \[-?0\.\d*, (0\.19|0\.2).*, -(0\.09|0\.1).*\] rad/s", said)
 
 
 @pytest.mark.parametrize("noise", [0.005, 0.05])

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
 from pytracker.formats.apdm import is_hdf5, read_apdm
-from pytracker.formats.imu_gravity import WINDOW_S, at_rest, check_up, unsteadiness
+from pytracker.formats.imu_gravity import WINDOW_S, check_up, gyroscope_bias, unsteadiness
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.imu_phone import files_of_phone, is_motion, read_motion, read_phone
 from pytracker.formats.mat import is_mat, read_mat_imu
@@ -152,8 +152,7 @@ def orient(log: ImuLog) -> ImuLog:
             f"{log.path}: has neither orientation nor a gyroscope, expected q_w, q_x, q_y, q_z or gyr_x, gyr_y, gyr_z"
         )
 
-    still = [log.gyr[part].mean(axis=0) for part in at_rest(log)]
-    bias = np.median(still, axis=0) if still else np.zeros(3)
+    bias = gyroscope_bias(log)
     mag = None if log.mag is None or not np.isfinite(log.mag).all() else log.mag
     q = _by_vqf(log, log.gyr - bias, mag)
     heading = (

@@ -18,7 +18,7 @@ from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import conjugate, rotate
 
-__all__ = ["GRAVITY", "WINDOW_S", "at_rest", "check_size", "check_step", "check_up", "unsteadiness"]
+__all__ = ["GRAVITY", "WINDOW_S", "at_rest", "check_size", "check_step", "check_up", "gyroscope_bias", "unsteadiness"]
 
 Float = NDArray[np.float64]
 
@@ -30,6 +30,11 @@ REST_ACC = 0.15
 REST_TURN = 0.15
 """At rest for so long the readings vary by less, RMS: m/s², rad/s."""
 ENOUGH_REST_S = 1.0
+LIES_STILL = 0.02
+TIMES_NOISE = 2.0
+"""Lying still, real sensors vary by 0.8 to 1.3 times their noise, circling evenly by 5 to 8 times; and rad/s."""
+MOST_ALIKE = 0.8
+"""Of such stretches so many must read the same, but for `LIES_STILL`."""
 
 IN_G = (0.8, 1.25)
 """The usual size of readings in units of g."""
@@ -71,6 +76,24 @@ def at_rest(log: ImuLog) -> list[slice]:
         if still:
             found.append(slice(int(a), int(b)))
     return found
+
+
+def gyroscope_bias(log: ImuLog) -> Float:
+    """What the gyroscope reads where the sensor lies still `(3,)`, rad/s; 0 where it does not, or does not say alike.
+
+    Who turns evenly reads evenly too, but not to the noise, nor the same each time.
+    """
+    assert log.gyr is not None
+    still = []
+    for part in at_rest(log):
+        noise = np.median(np.abs(np.diff(log.gyr[part], n=2, axis=0)), axis=0) / (0.6745 * np.sqrt(6.0))
+        if np.linalg.norm(log.gyr[part].std(axis=0)) <= max(LIES_STILL, TIMES_NOISE * float(np.linalg.norm(noise))):
+            still.append(log.gyr[part].mean(axis=0))
+    if not still:
+        return np.zeros(3)
+    bias = np.median(still, axis=0)
+    alike = np.linalg.norm(still - bias, axis=1) <= LIES_STILL
+    return np.asarray(bias) if alike.mean() >= MOST_ALIKE else np.zeros(3)
 
 
 def check_size(log: ImuLog) -> list[str]:
