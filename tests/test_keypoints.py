@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import re
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given
@@ -20,6 +22,7 @@ from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoint_models import MODELS, name_of
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
+from pytracker.formats.video_times import counted, frame_times
 from pytracker.recording.keypoints import in_pixels, uncovered
 from pytracker.recording.keypoints_filled import without_filled, without_repeats
 from pytracker.rotation import Array
@@ -380,6 +383,58 @@ def test_times_at_which_pictures_arrived_are_those_of_the_nearest_frames(tmp_pat
     there = [k for k in range(250) if k % 5]
     times = [max(0.0, (k + float(late[n])) / 60) for n, k in enumerate(there)]
     assert of_times(tmp_path / "k.csv", times, 250) == (there, ())
+
+
+def written_avi(path: Path, count: int, empty: set[int]) -> Path:
+    """An AVI of 60 Hz of which some frames hold no picture, as cameras write that leave some out."""
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 60.0, (320, 240))
+    for k in range(count):
+        writer.write(np.full((240, 320, 3), k, dtype=np.uint8))
+    writer.release()
+    whole = path.read_bytes()
+    at = whole.index(b"movi") + 4
+    head, chunks = whole[: at - 12], b""
+    for k in range(count):
+        length = struct.unpack("<I", whole[at + 4 : at + 8])[0]
+        after = at + 8 + length + length % 2
+        chunks += whole[at : at + 4] + bytes(4) if k in empty else whole[at:after]
+        at = after
+    movi = b"LIST" + struct.pack("<I4s", 4 + len(chunks), b"movi") + chunks
+    path.write_bytes(head[:4] + struct.pack("<I", len(head) - 8 + len(movi)) + head[8:] + movi)
+    return path
+
+
+@pytest.mark.parametrize("by", ["rows", "frame", "time_s"])
+def test_of_frames_that_an_avi_left_out_there_are_no_keypoints(tmp_path: Path, by: str) -> None:
+    """All after them were too late: wrists 17 cm off, all valid, without a word."""
+    empty = {3, 4, 9}
+    video = written_avi(tmp_path / "v.avi", 20, empty)
+    info = counted(video)
+    assert (info.frame_count, len(frame_times(video))) == (17, 17)
+    named = {"rows": "", "frame": "frame,", "time_s": "time_s,"}[by]
+    cells = {"rows": "", "frame": "{k},", "time_s": "{t:.6f},"}[by]
+    rows = [cells.format(k=k, t=k / 60) + f"{100 + k},90" for k in range(20)]
+    (tmp_path / "k.csv").write_text("\n".join([f"{named}left_wrist_x,left_wrist_y", *rows]), "utf-8")
+    found = in_pixels(tmp_path / "k.csv", read_keypoints(tmp_path / "k.csv"), video, info)
+    assert found.frames.tolist() == list(range(17))
+    assert found.points[:, 0, KEYPOINTS.index("left_wrist"), 0].tolist() == [
+        100 + k for k in range(20) if k not in empty
+    ]
+
+
+def test_frames_of_a_matroska_are_counted(tmp_path: Path) -> None:
+    """Its own count is an estimate: good keypoints were "another clip's"."""
+    writer = cv2.VideoWriter(str(tmp_path / "v.mkv"), cv2.VideoWriter.fourcc(*"MJPG"), 60.0, (320, 240))
+    for k in range(12):
+        writer.write(np.full((240, 320, 3), k, dtype=np.uint8))
+    writer.release()
+    assert counted(tmp_path / "v.mkv").frame_count == 12
+    assert frame_times(tmp_path / "v.mkv") == pytest.approx(np.arange(12) / 60, abs=1e-3)
+
+
+def test_times_with_a_typed_rate_say_which_frames_are_there(tmp_path: Path) -> None:
+    there = [k for k in range(200) if k % 7]
+    assert of_times(tmp_path / "k.csv", [k / 25 for k in there], 200) == (there, ())
 
 
 @pytest.mark.parametrize("times", [[0.0, 0.1, 0.1, 0.2], [0.0, 0.01, 0.012, 0.041]])

@@ -13,7 +13,7 @@ import pytest
 
 import pytracker as pt
 from pytracker.formats import video
-from pytracker.formats.container import damaged_at, missing_bytes
+from pytracker.formats.container import AviFrames, frames_of_avi, missing_bytes
 
 
 def write_video(path: Path, count: int = 30, rate: float = 25.0, fourcc: str = "mp4v") -> Path:
@@ -130,11 +130,10 @@ def test_an_avi_that_is_damaged_inside_is_named(tmp_path: Path) -> None:
     """A tenth of its frames was passed over, and those after came too early: 11.8 cm for 1.3, all valid."""
     path = write_video(tmp_path / "a.avi", count=100, fourcc="MJPG")
     whole = path.read_bytes()
-    assert damaged_at(path) is None
+    assert frames_of_avi(path) == AviFrames(100, 0, None)
     middle = len(whole) // 2
     first = whole.index(b"00dc", middle)
     path.write_bytes(whole[:middle] + bytes(len(whole) // 20) + whole[middle + len(whole) // 20 :])
-    assert damaged_at(path) == first
     with pytest.raises(pt.InputError, match=rf"a.avi: is damaged at byte {first} of {len(whole)}: no frame is found"):
         video.probe(path)
 
@@ -143,7 +142,7 @@ def test_an_avi_without_padding_bytes_is_whole(tmp_path: Path) -> None:
     frames = [b"00dc" + struct.pack("<I", 3) + b"abc", b"00dc" + struct.pack("<I", 2) + b"de"]
     movi = b"LIST" + struct.pack("<I4s", 4 + sum(map(len, frames)), b"movi") + b"".join(frames)
     (tmp_path / "a.avi").write_bytes(b"RIFF" + struct.pack("<I4s", 4 + len(movi), b"AVI ") + movi)
-    assert damaged_at(tmp_path / "a.avi") is None
+    assert frames_of_avi(tmp_path / "a.avi") == AviFrames(2, 0, None)
 
 
 def test_a_video_of_a_phone_held_upright_is_upright(tmp_path: Path) -> None:

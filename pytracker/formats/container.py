@@ -9,16 +9,23 @@
 
 from __future__ import annotations
 
+import functools
 import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["damaged_at", "missing_bytes"]
+__all__ = ["AviFrames", "frames_of_avi", "is_ebml", "missing_bytes"]
 
 EBML = b"\x1a\x45\xdf\xa3"
 SEGMENT = b"\x18\x53\x80\x67"
 LISTS = (b"movi", b"rec ")
 """An AVI's lists that hold frames."""
+FRAMES = (b"dc", b"db")
+"""What the names of a video's chunks end with, after the number of the stream."""
+UNKNOWN = (0, 0xFFFFFFFF)
+"""A length that was not known as it was written, as into a pipe."""
 BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"moof", b"styp", b"sidx", b"uuid", b"meta", b"udta")
 
 
@@ -37,43 +44,84 @@ def missing_bytes(path: Path) -> int:
     return 0
 
 
-def damaged_at(path: Path) -> int | None:
-    """Where the chain of an AVI's frames breaks, byte; None where it does not, or the container is another.
+def is_ebml(path: Path) -> bool:
+    """Whether it is a Matroska or a WebM."""
+    with path.open("rb") as file:
+        return file.read(4) == EBML
 
-    An AVI's frames have no times but their order: where some cannot be found all after them come too early. Others'
-    have times of their own.
+
+@dataclass(frozen=True)
+class AviFrames:
+    """What the chunks of an AVI hold.
+
+    An AVI's frames have no times but their order: where some cannot be found all after them come too early.
+
+    Attributes:
+        count: how many frames stand in it, the empty ones too.
+        empty: those that hold no picture: the camera, or who cut the file, left them out.
+        broken_at: the byte where the chain of chunks breaks; None where it does not.
     """
-    size = path.stat().st_size
+
+    count: int
+    empty: int
+    broken_at: int | None
+
+
+def frames_of_avi(path: Path) -> AviFrames | None:
+    """Counted chunk by chunk; None where it is no AVI."""
+    stat = path.stat()
+    return _frames_of_avi(path, stat.st_size, stat.st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=8)  # a file is probed by all who want to know its size
+def _frames_of_avi(path: Path, size: int, _: int) -> AviFrames | None:
+    count = empty = 0
     with path.open("rb") as file:
         at = 0
         while at + 12 <= size:
             file.seek(at)
             name, length, form = struct.unpack("<4sI4s", file.read(12))
-            if name != b"RIFF" or form not in (b"AVI ", b"AVIX") or length == 0:
-                return None
-            end = min(at + 8 + length, size)
-            if (broken := _broken_chunk(file, at + 12, end)) is not None:
-                return broken
-            at += 8 + length + length % 2
-    return None
+            if name != b"RIFF" or form not in (b"AVI ", b"AVIX"):
+                break
+            end = size if length in UNKNOWN else min(at + 8 + length, size)
+            for name, length, begins in _chunks(file, at + 12, end):
+                if not _is_name(name):
+                    return AviFrames(count, empty, begins)
+                if name[2:] in FRAMES:
+                    count, empty = count + 1, empty + (length == 0)
+            at = end + end % 2
+    return AviFrames(count, empty, None) if at else None
 
 
-def _broken_chunk(file: BinaryIO, at: int, end: int) -> int | None:
-    """The first of the chunks from `at` to `end`, those of lists among them, that has no name; None where all have."""
+def _chunks(file: BinaryIO, at: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    """Name, length and place of the chunks from `at` to `end`, of those in lists too; the last may have no name."""
     while at + 8 <= end:
         file.seek(at)
         name, length, form = struct.unpack("<4sI4s", file.read(12).ljust(12, b"\0"))
         if not _is_name(name):
-            return at
+            if _is_blank(file, at, end):
+                return
+            yield name, length, at
+            return
         if name == b"LIST" and form in LISTS:
             at += 12
             continue
+        yield name, length, at
         # Some write no padding byte after an odd length.
         after = at + 8 + length
         file.seek(after)
         bare = file.read(4)
         at = after if length % 2 and _is_name(bare) and after + 8 <= end else after + length % 2
-    return None
+
+
+def _is_blank(file: BinaryIO, at: int, end: int) -> bool:
+    """Whether nothing but zeros is left, which some fill files up with."""
+    file.seek(at)
+    while at < end and (block := file.read(min(1 << 20, end - at))):
+        if block.strip(b"\0"):
+            return False
+        at += len(block)
+    return True
 
 
 def _is_name(name: bytes) -> bool:
@@ -102,7 +150,7 @@ def _end_of_chunks(file: BinaryIO, size: int) -> int:
     while at + 8 <= size:
         file.seek(at)
         name, length = struct.unpack("<4sI", file.read(8))
-        if name != b"RIFF" or length == 0:
+        if name != b"RIFF" or length in UNKNOWN:
             return size
         at += 8 + length + length % 2
     # The last padding byte is often left out.

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.container import damaged_at, missing_bytes
+from pytracker.formats.container import frames_of_avi, missing_bytes
 
 __all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "probe"]
 
@@ -34,6 +34,10 @@ _REDIRECTED = threading.Lock()
 
 TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
+
+
+MOST_FRAMES = 100_000_000
+"""A header that says more was never finished."""
 
 
 def as_image(array: Any) -> Image:
@@ -102,16 +106,32 @@ def probe(path: Path) -> VideoInfo:
                 "are there), "
                 "expected a whole file: it is cut short"
             )
-        if (broken := damaged_at(path)) is not None:
+        count, avi = _promised(path, capture), frames_of_avi(path)
+        if avi is not None and 0 < avi.count < count:
             raise InputError(
-                f"{path}: is damaged at byte {broken} of {path.stat().st_size}: no frame is found there, and those "
-                "after would come too early; expected a whole file: copy or export it again"
+                f"{path}: its header says {count} frames and {avi.count} are there: it is cut short, or frames are "
+                "missing within; expected a whole file"
             )
-        count = capture.get(cv2.CAP_PROP_FRAME_COUNT)
         rate = capture.get(cv2.CAP_PROP_FPS)
-        return VideoInfo(image.shape[1], image.shape[0], max(0, int(count)), max(0.0, float(rate)))
+        return VideoInfo(image.shape[1], image.shape[0], count, max(0.0, float(rate)))
     finally:
         capture.release()
+
+
+def _promised(path: Path, capture: cv2.VideoCapture) -> int:
+    """How many frames the container says that it has; of an AVI how many it has, unless it says more.
+
+    Raises `InputError` for one that is damaged inside.
+    """
+    said, avi = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT))), frames_of_avi(path)
+    if avi is None or not avi.count:
+        return said
+    if avi.broken_at is not None and avi.count < said:
+        raise InputError(
+            f"{path}: is damaged at byte {avi.broken_at} of {path.stat().st_size}: no frame is found there, and those "
+            "after would come too early; expected a whole file: copy or export it again"
+        )
+    return said if avi.count < said < MOST_FRAMES else avi.count - avi.empty
 
 
 def frames(path: Path | str) -> Iterator[Frame]:
@@ -123,7 +143,7 @@ def frames(path: Path | str) -> Iterator[Frame]:
     path = Path(path)
     capture = _open(path)
     try:
-        promised = capture.get(cv2.CAP_PROP_FRAME_COUNT)
+        promised = _promised(path, capture)
         duration_s = promised / capture.get(cv2.CAP_PROP_FPS) if capture.get(cv2.CAP_PROP_FPS) > 0 else 0.0
         index, first_s, last_s = 0, 0.0, -1.0
         while True:
@@ -160,7 +180,7 @@ def glimpses(path: Path, count: int) -> Iterator[Frame]:
     """
     capture = _open(path)
     try:
-        promised, rate_hz = capture.get(cv2.CAP_PROP_FRAME_COUNT), capture.get(cv2.CAP_PROP_FPS)
+        promised, rate_hz = _promised(path, capture), capture.get(cv2.CAP_PROP_FPS)
         for index in np.unique(np.linspace(0, max(promised - 1, 0), count + 1).astype(int)).tolist():
             if index:
                 capture.set(cv2.CAP_PROP_POS_FRAMES, float(index))

@@ -11,6 +11,7 @@ from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.formats.imu import files_of_imu, holds_several
 from pytracker.formats.video_steady import camera_moves
+from pytracker.formats.video_times import counted
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
 from pytracker.recording.camera import Camera
@@ -151,7 +152,7 @@ def _view(folder: Path, place: str, entry: CameraEntry, mount: Array, side: str)
             )
     keypoints = None
     if entry.keypoints is not None:
-        keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, info)
+        keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, counted(file))
         if entry.patch_box is None and first_seen(keypoints, f"{side}_wrist", FIRST_FRAMES) is None:
             raise InputError(
                 f"{folder / entry.keypoints}: has no {side} wrist in the first {FIRST_FRAMES} frames, expected it, "
@@ -189,7 +190,7 @@ def _detected(folder: Path, entry: ArmFile, views: tuple[View, ...]) -> tuple[tu
         if camera.keypoints is None or view.keypoints is None or view.video is None:
             found.append(view)
             continue
-        kept, said = of_video(folder / camera.keypoints, view.keypoints, video.probe(view.video))
+        kept, said = of_video(folder / camera.keypoints, view.keypoints, counted(view.video))
         found.append(dataclasses.replace(view, keypoints=kept))
         words += said
     return tuple(found), words

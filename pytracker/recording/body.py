@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats import video
 from pytracker.formats.asf import read_asf
 from pytracker.formats.imu import files_of_imu
 from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video_steady import camera_moves
+from pytracker.formats.video_times import counted
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
@@ -110,10 +110,10 @@ def _detected(folder: Path, named: str | None, view: BodyView) -> tuple[BodyView
         return view, ()
     file = folder / named
     if view.video is not None:
-        kept, said = of_video(file, view.keypoints, video.probe(view.video))
+        kept, said = of_video(file, view.keypoints, counted(view.video))
         return dataclasses.replace(view, keypoints=kept), said
-    counted, late = alone(file, view.keypoints)
-    kept, said = as_seen(file, counted)
+    begun, late = alone(file, view.keypoints)
+    kept, said = as_seen(file, begun)
     return dataclasses.replace(view, keypoints=kept), (*late, *said)
 
 

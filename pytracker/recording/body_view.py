@@ -9,6 +9,7 @@ import numpy as np
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.formats.points import read_points
+from pytracker.formats.video_times import counted
 from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.recording.keypoints import load_keypoints
 from pytracker.recording.projection import camera_of, fit_weak_perspective
@@ -50,7 +51,9 @@ def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
             )
     keypoints = None
     if entry.keypoints is not None:
-        keypoints = load_keypoints(folder / entry.keypoints, entry.keypoint_model, file, info)
+        keypoints = load_keypoints(
+            folder / entry.keypoints, entry.keypoint_model, file, info if entry.video is None else counted(file)
+        )
     return BodyView(
         camera=camera, video=None if entry.video is None else file, size_px=(info.width, info.height),
         rate_hz=entry.rate_hz or 0.0, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints,

@@ -6,11 +6,11 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
+from pytracker.recording.keypoint_frames import frames_in
 from pytracker.recording.keypoints_filled import as_seen
 from pytracker.rotation import Array
 
@@ -29,8 +29,6 @@ OUTSIDE = 0.25
 """More points outside the picture, and they are of another."""
 SPARSE = 0.2
 """Of keypoints alone so many of the frames must be there: a stray file is not a day of frames."""
-IRREGULAR = 0.3
-"""Times that lie farther beside whole frames, as a share of one, are of no steady rate."""
 OFTEN_SEEN = 0.5
 """An arm whose elbow and wrist are in so many of the frames is followed by them."""
 _ARMS = [KEYPOINTS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("elbow", "wrist")]
@@ -104,8 +102,9 @@ def files_of(path: Path) -> list[Path]:
 
 def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) -> Keypoints:
     """The same in px of `video`, frames counted from 0. Raises `InputError` where they cannot be of this video."""
-    points = keypoints.points.copy()
-    frames, odd = _frames(path, keypoints, info)
+    frames, odd = frames_in(path, keypoints, video, info)
+    # Of some frames the video has no picture.
+    points, frames = keypoints.points[frames >= 0], frames[frames >= 0]
     if keypoints.is_share:
         points[..., :2] = points[..., :2] * [info.width, info.height] - 0.5
     seen = points[np.isfinite(points[..., 0])]
@@ -123,33 +122,6 @@ def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
             f"{path}: has frame {frames[-1]}, expected below the {info.frame_count} frames of {video}: another clip?"
         )
     return Keypoints(frames, points, warnings=odd)
-
-
-def _frames(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[NDArray[np.int64], tuple[str, ...]]:
-    """Of which frames of a video they are: by their times, else one by one; and what is odd about those."""
-    is_whole = len(keypoints.frames) == info.frame_count
-    if keypoints.time_s is None or not info.rate_hz:
-        return keypoints.frames, () if is_whole else keypoints.warnings
-    steps = np.diff(keypoints.time_s)
-    interval_s = float(np.mean(steps[steps < 1.5 * np.median(steps)]))  # times are often rounded
-    # Their clock need not be the video's: a detector's rate is one that somebody typed.
-    every = max(1, round(interval_s * info.rate_hz))
-    counts = keypoints.time_s / interval_s
-    if np.abs(counts - np.rint(counts)).max() <= IRREGULAR:
-        frames = np.asarray(every * np.rint(counts), dtype=np.int64)
-        if not info.frame_count or frames[-1] <= info.frame_count:
-            return frames, keypoints.warnings
-    if is_whole:
-        return keypoints.frames, ()
-    # Times at which pictures arrived lie about those of the video's frames.
-    nearest = np.rint(keypoints.time_s * info.rate_hz).astype(np.int64)
-    if (np.diff(nearest) > 0).all() and not (info.frame_count and nearest[-1] > info.frame_count):
-        return nearest, keypoints.warnings
-    words = (
-        f"{path}: its times, from {keypoints.time_s[0]:.3f} to {keypoints.time_s[-1]:.3f} s, are not those of frames "
-        f"of a video of {info.rate_hz:g} Hz: its rows are counted as frames instead"
-    )
-    return keypoints.frames, (*keypoints.warnings, words)
 
 
 def of_video(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[Keypoints, tuple[str, ...]]:

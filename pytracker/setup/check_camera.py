@@ -14,6 +14,7 @@ from pytracker.evidence.landmarks import wrist_seen
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.keypoints import Keypoints
 from pytracker.formats.video import frames, probe
+from pytracker.formats.video_times import counted
 from pytracker.recording.camera import Camera
 from pytracker.recording.keypoints import load_keypoints
 from pytracker.recording.truth import UP
@@ -136,7 +137,7 @@ def check_patch(
 def _keypoints(draft: Draft, video: Path) -> Keypoints:
     file = draft.file("camera.keypoints")
     assert file is not None
-    return load_keypoints(file, str(draft.get("camera.keypoint_model") or "auto"), video, probe(video))
+    return load_keypoints(file, str(draft.get("camera.keypoint_model") or "auto"), video, counted(video))
 
 
 def follow(draft: Draft, box: tuple[int, ...] | None) -> tuple[Finding, Sightings | None]:

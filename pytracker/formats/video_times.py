@@ -1,0 +1,46 @@
+"""When the frames of a video are, one by one, where the container's count and rate do not tell."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from pytracker.formats.container import frames_of_avi, is_ebml
+from pytracker.formats.video import VideoInfo, probe
+from pytracker.rotation import Array
+
+__all__ = ["counted", "frame_times"]
+
+
+def counted(path: Path) -> VideoInfo:
+    """As `probe`, and its count is that of the frames which can be decoded. Raises `InputError`.
+
+    Matroska and WebM only estimate it, of an AVI some may be empty: these are decoded once.
+    """
+    info, avi = probe(path), frames_of_avi(path)
+    if is_ebml(path) or (avi is not None and avi.empty):
+        return dataclasses.replace(info, frame_count=len(frame_times(path)))
+    return info
+
+
+def frame_times(path: Path) -> Array:
+    """Of every frame that can be decoded `(T,)`, s since the first."""
+    stat = path.stat()
+    return _frame_times(path, stat.st_size, stat.st_mtime_ns)
+
+
+@functools.lru_cache(maxsize=4)  # all that is asked of one recording's video
+def _frame_times(path: Path, _size: int, _changed: int) -> Array:
+    capture = cv2.VideoCapture(str(path))
+    try:
+        times = []
+        while capture.grab():
+            times.append(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0)
+    finally:
+        capture.release()
+    found = np.array(times)
+    return found - found[0] if len(found) else found

@@ -1,0 +1,110 @@
+"""Of which frames of a video keypoints are: by their numbers, by their times, else one by one."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.formats.container import AviFrames, frames_of_avi, is_ebml
+from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.video import VideoInfo
+from pytracker.formats.video_times import frame_times
+from pytracker.rotation import Array
+
+__all__ = ["frames_in"]
+
+Numbers = NDArray[np.int64]
+
+IRREGULAR = 0.3
+"""Times that lie farther beside whole frames, as a share of one, are of no steady rate."""
+NOWHERE = -1
+"""Instead of the number of a frame that holds no picture."""
+
+
+def frames_in(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) -> tuple[Numbers, tuple[str, ...]]:
+    """Numbers of the frames of `video` as they are decoded, -1 of those that are not in it; and what is odd about them.
+
+    `info` is of `counted`; it counts no frames where keypoints stand for the video.
+    """
+    avi = frames_of_avi(video) if info.frame_count and video.is_file() else None
+    if avi is not None and avi.empty:
+        return _in_avi(keypoints, video, info, avi)
+    if keypoints.time_s is None or not info.rate_hz:
+        return keypoints.frames, () if len(keypoints.frames) == info.frame_count else keypoints.warnings
+    return _by_times(path, keypoints, keypoints.time_s, video, info)
+
+
+def _by_times(
+    path: Path, keypoints: Keypoints, time_s: Array, video: Path, info: VideoInfo
+) -> tuple[Numbers, tuple[str, ...]]:
+    there = bool(info.frame_count) and video.is_file()
+    # Matroska's rate is a word, its frames' times are their own.
+    steady = None if there and is_ebml(video) else _of_rate(time_s, info)
+    if steady is not None:
+        return steady, keypoints.warnings
+    nearest = _nearest(time_s, frame_times(video) if there else _ideal(time_s, info))
+    if nearest is not None:
+        return nearest, keypoints.warnings
+    if len(keypoints.frames) == info.frame_count:
+        return keypoints.frames, ()
+    steady = _of_rate(time_s, info)
+    if steady is not None:
+        return steady, keypoints.warnings
+    words = (
+        f"{path}: its times, from {time_s[0]:.3f} to {time_s[-1]:.3f} s, are not those of frames of a video of "
+        f"{info.rate_hz:g} Hz: its rows are counted as frames instead"
+    )
+    return keypoints.frames, (*keypoints.warnings, words)
+
+
+def _ideal(time_s: Array, info: VideoInfo) -> Array:
+    """Times of the frames where there is no video, or none to look at."""
+    count = info.frame_count or int(np.ceil(time_s[-1] * info.rate_hz)) + 1
+    return np.arange(count) / info.rate_hz
+
+
+def _of_rate(time_s: Array, info: VideoInfo) -> Numbers | None:
+    """Numbers at regular times, whose clock need not be the video's: a detector's rate is one that somebody typed.
+
+    None where the times are of no steady rate, or reach beyond the video.
+    """
+    steps = np.diff(time_s)
+    interval_s = float(np.mean(steps[steps < 1.5 * np.median(steps)]))  # times are often rounded
+    counts = time_s / interval_s
+    if np.abs(counts - np.rint(counts)).max() > IRREGULAR:
+        return None
+    for every in dict.fromkeys((max(1, round(interval_s * info.rate_hz)), 1)):
+        frames = np.asarray(every * np.rint(counts), dtype=np.int64)
+        if not info.frame_count or frames[-1] <= info.frame_count:
+            return frames
+    return None
+
+
+def _nearest(time_s: Array, times: Array) -> Numbers | None:
+    """Which of a video's frames are the nearest in time, each once; None where some are nowhere near."""
+    if len(times) < 2:
+        return None
+    after = np.clip(np.searchsorted(times, time_s), 1, len(times) - 1)
+    nearest = after - (time_s - times[after - 1] < times[after] - time_s)
+    # Of two that are nearest to one frame the later is of the next.
+    rows = np.arange(len(nearest))
+    frames = np.maximum.accumulate(nearest - rows) + rows
+    if frames[-1] >= len(times) or np.abs(times[frames] - time_s).max() > float(np.median(np.diff(times))):
+        return None
+    return np.asarray(frames, dtype=np.int64)
+
+
+def _in_avi(keypoints: Keypoints, video: Path, info: VideoInfo, avi: AviFrames) -> tuple[Numbers, tuple[str, ...]]:
+    """Where some frames of an AVI are empty: who counts them too has numbers that are not those of decoded ones."""
+    numbers = keypoints.frames
+    if keypoints.time_s is not None:
+        whole = _of_rate(keypoints.time_s, dataclasses.replace(info, frame_count=avi.count))
+        numbers = numbers if whole is None else whole
+    elif numbers[-1] < info.frame_count:
+        return numbers, keypoints.warnings
+    places = np.rint(frame_times(video) * info.rate_hz).astype(np.int64)
+    at = np.clip(np.searchsorted(places, numbers), 0, len(places) - 1)
+    return np.where(places[at] == numbers, at, NOWHERE), keypoints.warnings
