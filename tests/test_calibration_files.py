@@ -120,6 +120,8 @@ def test_files_of_opencv(tmp_path: Path, suffix: str) -> None:
     assert found["distortion"] == [0.1, -0.2, 0.001, 0.002, 0.05]
     assert np.allclose(found["rotation"], cv2.Rodrigues(rvec)[0])
     assert found["translation_m"] == [0.5, 0.1, 2.5]
+    sized = read_calibration(opencv_file(tmp_path / f"s.{suffix}", {"K": K, "image_size": np.array([[1280.0, 960.0]])}))
+    assert sized["size_px"] == [1280, 960]
     alone = read_calibration(
         opencv_file(tmp_path / f"alone.{suffix}", {"cameraMatrix": K, "distCoeffs": np.zeros((1, 4))})
     )
@@ -293,6 +295,10 @@ def test_a_former_recording_is_known_beforehand(simulated: Path, tmp_path: Path)
     for line in FORMER.splitlines()[5:]:
         assert line in text
     assert "old.mp4" not in text
+    tables = FORMER.replace("[[camera]]", "[camera]").replace('video = "old.mp4"', "patch_box = [1, 2, 3, 4]")
+    (tmp_path / "known.toml").write_text(tables, "utf-8")
+    again = begun(simulated, tmp_path / "again", tmp_path / "known.toml")
+    assert again == text.replace("new", "again")
     assert "guessed" not in text
 
 

@@ -221,6 +221,19 @@ def test_mt_manager_lost_rows_keep_their_time_without_a_counter(tmp_path: Path) 
     assert "5 of 20 rows lack a reading" in log.warnings[0]
 
 
+def test_mt_manager_two_rates_contradict(tmp_path: Path) -> None:
+    """rate_hz was taken without a word: 22 cm, all valid."""
+    with pytest.raises(pt.InputError, match=r"its Update Rate is 100 Hz, and rate_hz is 50, expected the same"):
+        read_imu(mt_manager(tmp_path), rate_hz=50.0)
+
+
+def test_a_clock_in_bursts_has_the_unit_of_its_mean(tmp_path: Path) -> None:
+    """Five samples 30 µs apart every 50 ms were milliseconds: a recording of hours."""
+    table = [[50_000 * (k // 5) + 30 * (k % 5), *row[1:]] for k, row in enumerate(rows())]
+    log = read_imu(write(tmp_path / "imu.csv", table, HEADER.replace("time_s", "time")))
+    assert log.time_s[-1] == pytest.approx(0.45012)
+
+
 def test_mt_manager_a_counter_that_begins_anew_is_named(tmp_path: Path) -> None:
     """It was taken to have wrapped: a gap of 255 s."""
     path = tmp_path / "anew.txt"

@@ -314,9 +314,32 @@ def test_deeplabcuts_index_says_which_frames(tmp_path: Path) -> None:
     assert read_keypoints(tmp_path / "a.csv").frames.tolist() == [0, 1, 2]
 
 
-def test_names_of_pictures_say_which_frames(tmp_path: Path) -> None:
-    rows = [f"img{k:04d}.jpg,100,50,120,90" for k in (5, 6, 9)]
+@pytest.mark.parametrize("name", ["img{:04d}.jpg", "cam2_{:05d}_1080p.png", "{:04d}_h264.webp", '"frame_{:03d}.png"'])
+def test_names_of_pictures_say_which_frames(tmp_path: Path, name: str) -> None:
+    rows = [f"{name.format(k)},100,50,120,90" for k in (5, 6, 9)]
     assert plain(tmp_path / "a.csv", rows, f"image_name,{PLAIN}").frames.tolist() == [5, 6, 9]
+
+
+@pytest.mark.parametrize("named", ["", "index", "Unnamed: 0", "Frame #", "fnum", "video_frame", "frame_no."])
+def test_frames_by_other_names_are_counted_too(tmp_path: Path, named: str) -> None:
+    """pandas' own index was passed over, and rows counted: 14 cm for 4."""
+    rows = [f'"{k}",100,50,120,90' for k in (5, 6, 9)]
+    assert plain(tmp_path / "a.csv", rows, f"{named},{PLAIN}").frames.tolist() == [5, 6, 9]
+
+
+def test_what_counts_and_is_not_known_is_named(tmp_path: Path) -> None:
+    rows = [f"{k},100,50,120,90" for k in (5, 6, 9)]
+    (said,) = plain(tmp_path / "a.csv", rows, f"tick,{PLAIN}").warnings
+    assert "a.csv: tick says nothing that is known, expected frame or time_s: rows are counted" in said
+
+
+def test_semicolons_and_times_of_day_are_read(tmp_path: Path) -> None:
+    rows = [f"00:00:0{k},5;100,5;50;120;90" for k in range(3)]
+    found = plain(tmp_path / "a.csv", rows, f"time;{PLAIN.replace(',', ';')}")
+    assert found.time_s is not None
+    assert found.time_s.tolist() == [0.5, 1.5, 2.5]
+    assert np.nanmin(found.points[0, ..., 1]) == 50
+    assert np.nanmin(found.points[0, ..., 0]) == 100.5
 
 
 def test_columns_of_other_things_may_be_words(tmp_path: Path) -> None:

@@ -216,6 +216,18 @@ def test_a_mount_that_is_rounded_changes_no_length(folder: Path) -> None:
     assert np.allclose(rounded, exact)
 
 
+def test_a_truth_of_which_much_is_far_off_is_refused(folder: Path) -> None:
+    path = folder / "qualisys.tsv"
+    lines = path.read_text().splitlines()
+    first = next(k for k, line in enumerate(lines) if line.split("\t")[0].strip(" -.0123456789") == "" and "\t" in line)
+    for k in range(first + 10, first + 40):
+        cells = lines[k].split("\t")
+        lines[k] = "\t".join([*cells[:-3], "-9999", "-9998", str(-9000 - k)])
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(pt.InputError, match=r"qualisys.tsv: \w+ is at .* and in 30 of \d+ rows farther than"):
+        pt.load(folder)
+
+
 def test_a_truth_cell_far_off_is_a_gap_and_is_said(folder: Path) -> None:
     path = folder / "qualisys.tsv"
     lines = path.read_text().splitlines()

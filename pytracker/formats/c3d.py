@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.markers import Markers, without_zeros
+from pytracker.formats.markers import Markers, without_fillers
 
 __all__ = ["read_c3d"]
 
@@ -42,5 +42,5 @@ def read_c3d(path: Path | str) -> Markers:
     short = [name.rsplit(":", 1)[-1] for name in names]
     names = short if len(set(short)) == len(short) else names
     placed = [np.where(seen[k][:, None], points[:3, k].T * UNITS_M[unit], np.nan) for k in range(len(names))]
-    positions = {name: without_zeros(rows) for name, rows in zip(names, placed, strict=True)}
+    positions = {name: without_fillers(rows) for name, rows in zip(names, placed, strict=True)}
     return Markers(np.arange(points.shape[2]) / rate_hz, positions, rate_hz)

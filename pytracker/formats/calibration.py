@@ -31,6 +31,8 @@ OVER = np.diag([1.0, -1.0, -1.0])
 
 OPENCV_SECOND = ("m2", "d2", "k2", "camera_matrix_2", "cameramatrix2")
 DISTORTIONS = ("distortions", "distortion", "dist_coeffs", "distortion_coefficients")
+OF_VIDEO = ("patch_box", "patches", "start_s", "keypoints", "keypoint_model", "background")
+"""What a recording.toml says of a camera's video; another begins otherwise."""
 FARTHEST_M = 50.0
 """No camera of a room is farther from its world; one that was calibrated in millimetres is."""
 OPENCV_MATRIX = ("cameramatrix", "k", "mtx", "m1", "intrinsic", "intrinsicmatrix")
@@ -53,9 +55,8 @@ def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, A
         raise InputError(f"{path}: there is no such file")
     if path.suffix.lower() in (".toml", ".tml"):
         data = parse_toml(path)
-        former = data.get("camera")
-        if isinstance(former, list) and all(isinstance(table, dict) for table in former):
-            return _of_recording(path, data, camera)
+        if (former := _recorded(data)) is not None:
+            return {**_chosen(path, former, camera), **(data["arm"] if isinstance(data.get("arm"), dict) else {})}
         tables = [(str(name), table) for name, table in _tables(data) if "matrix" in table]
         if tables:
             return _of_toml(path, _chosen(path, tables, camera))
@@ -64,7 +65,7 @@ def read_calibration(path: Path | str, camera: str | None = None) -> dict[str, A
         return data
     text = "\n".join(read_lines(path))
     matrices = matrices_of(path, text)
-    return _of_opencv(path, matrices, picture_size(text)) if matrices else _of_qualisys(path, text, camera)
+    return _of_opencv(path, matrices, picture_size(text, matrices)) if matrices else _of_qualisys(path, text, camera)
 
 
 def size_of(path: Path | str, known: Mapping[str, Any]) -> tuple[int, int] | None:
@@ -97,11 +98,13 @@ def _chosen(path: Path, cameras: list[tuple[str, Any]], camera: str | None) -> A
     return dict(cameras)[camera]
 
 
-def _of_recording(path: Path, data: dict[str, Any], camera: str | None) -> dict[str, Any]:
-    """What a recording.toml says of a camera and of the arm."""
-    cameras = [(str(k), table) for k, table in enumerate(data["camera"])]
-    arm = data.get("arm")
-    return {**_chosen(path, cameras, camera), **(arm if isinstance(arm, dict) else {})}
+def _recorded(data: dict[str, Any]) -> list[tuple[str, Any]] | None:
+    """The cameras of a recording.toml by number, without what is of their video alone; None where it is none."""
+    tables = data.get("camera")
+    tables = [tables] if isinstance(tables, dict) and "matrix" in tables else tables
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+        return None
+    return [(str(k), {key: of for key, of in table.items() if key not in OF_VIDEO}) for k, table in enumerate(tables)]
 
 
 def _numbers(path: Path, what: str, value: object, *shapes: tuple[int, ...]) -> Array:

@@ -17,6 +17,8 @@ __all__ = ["as_seconds", "seconds", "unit_of"]
 UNITS_S = ((0.2, 1.0), (200.0, 1e-3), (2e5, 1e-6), (np.inf, 1e-9))
 """Samples that are less than so far apart are counted in this unit, s: no sensor gives fewer than five in a second, or
 more than five in a millisecond."""
+PAUSES = 50
+"""Of so many steps one may be a pause."""
 CALLED = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
 DATE_OR_TIME = re.compile(r"\d{4}-\d\d-\d\d[ T]|\d\d?:\d\d:")
 DATE_AND_TIME = re.compile(r"(\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d(?:\.\d{1,6})?)\d*\s*(?:Z|[+-]\d\d:?\d\d)?")
@@ -86,7 +88,10 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
 
 
 def unit_of(clock: NDArray[np.float64]) -> tuple[float, float]:
-    """Its usual step, and the unit, s, in which that gives a rate that an IMU has."""
-    steps = np.diff(clock)
-    usual = float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
+    """Its usual step, and the unit, s, in which that gives a rate that an IMU has.
+
+    Where samples come in bursts, that is the mean step but for a few pauses.
+    """
+    steps = np.sort(np.diff(clock[np.isfinite(clock)]))
+    usual = float(steps[: len(steps) - max(1, len(steps) // PAUSES)].mean()) if len(steps) > 1 else float(steps.sum())
     return usual, next(unit_s for limit, unit_s in UNITS_S if usual < limit)

@@ -9,7 +9,8 @@ from pathlib import Path
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoint_log import Keypoints
 from pytracker.formats.keypoint_models import name_of
-from pytracker.formats.keypoints_table import cells_of, frames_of, from_columns
+from pytracker.formats.keypoints_rows import frames_of
+from pytracker.formats.keypoints_table import from_columns, numbers_in, rows_below, split
 from pytracker.formats.text import read_lines
 from pytracker.rotation import Array
 
@@ -26,20 +27,21 @@ def is_deeplabcut(path: Path) -> bool:
 def read_deeplabcut(path: Path) -> Keypoints:
     """A CSV. Raises `InputError`."""
     lines = read_lines(path)
-    head = [[cell.strip() for cell in line.split(",")] for line in lines[:4]]
-    rows = {cells[0].lower(): cells for cells in head if cells[0].lower() in LEVELS}
-    if "bodyparts" not in rows or "coords" not in rows or len(rows["bodyparts"]) != len(rows["coords"]):
+    head = [split(line) for line in lines[:4]]
+    levels = {cells[0].lower(): cells for cells in head if cells[0].lower() in LEVELS}
+    if "bodyparts" not in levels or "coords" not in levels or len(levels["bodyparts"]) != len(levels["coords"]):
         raise InputError(f"{path}: has no rows of bodyparts and coords below scorer, expected DeepLabCut's table")
     # Before the points stands the frame's number or its picture's name, of which folders may have columns of their own.
-    columns = len(rows["coords"])
-    points = next((k for k, cell in enumerate(rows["coords"]) if k and cell), 1)
-    table = cells_of(path, lines, len(rows), columns, range(points - 1, columns))
-    levels = {name: cells[points:] for name, cells in rows.items()}
-    return of_deeplabcut(path, levels, table[:, points:], table[:, points - 1])
+    columns = len(levels["coords"])
+    points = next((k for k, cell in enumerate(levels["coords"]) if k and cell), 1)
+    rows = rows_below(path, lines, len(levels), columns)
+    table = numbers_in(path, rows, range(points, columns))[:, points:]
+    index = [cells[points - 1] for cells in rows.values()]
+    return of_deeplabcut(path, {name: cells[points:] for name, cells in levels.items()}, table, index)
 
 
-def of_deeplabcut(path: Path, levels: Mapping[str, Sequence[str]], table: Array, index: Array) -> Keypoints:
-    """Values `(T, C)` whose columns' names are the `levels`' (bodyparts, coords), of frames `(T,)`.
+def of_deeplabcut(path: Path, levels: Mapping[str, Sequence[str]], table: Array, index: Sequence[str]) -> Keypoints:
+    """Values `(T, C)` whose columns' names are the `levels`' (bodyparts, coords), and what the index says of each.
 
     Raises `InputError`.
     """

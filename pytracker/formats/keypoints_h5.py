@@ -16,7 +16,6 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.formats.keypoint_log import Keypoints
 from pytracker.formats.keypoints_deeplabcut import of_deeplabcut
-from pytracker.formats.keypoints_table import frame_in
 from pytracker.rotation import Array
 
 __all__ = ["read_h5"]
@@ -55,8 +54,8 @@ def read_h5(path: Path) -> Keypoints:
     return of_deeplabcut(path, levels, table, index)
 
 
-def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array, Array]:
-    """Words of every column by level, the values `(T, C)`, and which frame each row is of `(T,)`."""
+def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array, list[str]]:
+    """Words of every column by level, the values `(T, C)`, and what the index says of each row."""
     tables = [name for name in file if f"{name}/table" in file]
     name = USUAL if USUAL in tables else tables[0] if len(tables) == 1 else None
     if name is None:
@@ -75,11 +74,9 @@ def _table(path: Path, file: Any) -> tuple[dict[str, list[str]], Array, Array]:
     names = _words(group.attrs["info"])[1]["names"]
     if table.shape[1] != len(columns) or any(len(column) != len(names) for column in columns):
         raise InputError(f"{path}: /{name} has {table.shape[1]} values a row, expected one of {len(columns)} columns")
-    index = np.asarray(rows["index"])
-    if index.dtype.kind == "S":
-        index = np.array([float(frame_in(name.decode()) or "nan") for name in index])
+    index = [cell.decode() if isinstance(cell, bytes) else str(cell) for cell in np.asarray(rows["index"]).tolist()]
     levels = {str(level): [str(column[k]) for column in columns] for k, level in enumerate(names)}
-    return levels, table, np.asarray(index, dtype=np.float64)
+    return levels, table, index
 
 
 def _words(pickled: Any) -> Any:

@@ -4,31 +4,21 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoint_log import Keypoints, in_range, ours, require_seen
 from pytracker.formats.keypoint_models import name_of
+from pytracker.formats.keypoints_rows import rows_of
 from pytracker.formats.text import number, read_lines
 from pytracker.formats.trc import read_trc_pixels
 from pytracker.rotation import Array
 
-__all__ = ["cells_of", "frame_in", "frames_of", "from_columns", "read_table", "read_trc_keypoints"]
+__all__ = ["from_columns", "numbers_in", "read_table", "read_trc_keypoints", "rows_below", "split"]
 
-FRAME = re.compile(r"frame([ _]?(id|idx|index|no|nr|number))?#?")
-"""A column that counts frames."""
-PICTURE = re.compile(r"\.(png|jpe?g|bmp|tiff?)\s*$", re.IGNORECASE)
-"""What names one does too."""
-TIME = re.compile(r"time(stamp)?([ _(\[]*(s|sec|ms|us|ns)[)\]]?)?")
-"""A column of their times."""
-UNITS_S = ((0.5, 1.0), (500.0, 1e-3), (5e5, 1e-6), (np.inf, 1e-9))
-"""Frames that are less than so far apart are in this unit, s: no detector is slower than two a second."""
-LONGEST_S = 24 * 3600.0
-"""Times that begin later are those of a clock, not of the video."""
 LARGEST_SHARE = 1.5
 """Of a picture's width or height; a point may lie somewhat outside."""
 LEAST_PX = 20.0
@@ -37,24 +27,22 @@ LEAST_PX = 20.0
 
 def read_table(path: Path) -> Keypoints:
     """A CSV. Raises `InputError`."""
-    lines = read_lines(path)
-    cells = [cell.strip() for cell in lines[0].split(",")]
-    named = [(k, *split) for k, cell in enumerate(cells) if (split := _column(cell)) is not None]
+    lines = with_commas(read_lines(path))
+    header = split(lines[0])
+    named = [(k, *parts) for k, cell in enumerate(header) if (parts := _column(cell)) is not None]
     joints = sorted({joint for _, joint, _ in named if all((joint, axis) in {n[1:] for n in named} for axis in "xy")})
     if not set(joints) & set(KEYPOINTS):
         raise InputError(f"{path}:1: header names no joint, expected such as left_wrist_x and left_wrist_y")
-    is_mediapipe = any(cell.startswith("X_") for cell in cells)
-    counts, times = ([k for k, cell in enumerate(cells) if of.fullmatch(cell.lower())] for of in (FRAME, TIME))
-    below = lines[1].split(",") if len(lines) > 1 else []
-    counts += [k for k, cell in enumerate(below) if PICTURE.search(cell)]
-    table = cells_of(path, lines, 1, len(cells), {k for k, _, _ in named} | {*counts[:1], *times[:1]})
-    frames = frames_of(path, table[:, counts[0]]) if counts else np.arange(len(table), dtype=np.int64)
-    time_s, odd = _times(path, table[:, times[0]]) if times and not counts else (None, ())
+    is_mediapipe = any(cell.startswith("X_") for cell in header)
+    rows = rows_below(path, lines, 1, len(header))
+    points = [k for k, _, _ in named]
+    table = numbers_in(path, rows, points)
+    of = rows_of(path, header, list(rows.values()), [k for k in range(len(header)) if k not in points])
     places = table[:, [k for k, joint, axis in named if axis != "confidence"]]
     # No person is one pixel large.
     is_share = is_mediapipe or bool(np.nanmax(np.abs(places), initial=0.0) <= LARGEST_SHARE)
     found = from_columns(path, table, named, joints, is_share=is_share)
-    return dataclasses.replace(found, frames=frames, time_s=time_s, warnings=odd)
+    return dataclasses.replace(found, frames=of.frames, time_s=of.time_s, warnings=of.warnings)
 
 
 def read_trc_keypoints(path: Path) -> Keypoints:
@@ -74,35 +62,6 @@ def read_trc_keypoints(path: Path) -> Keypoints:
     return dataclasses.replace(from_columns(path, table, columns, joints, is_share=False), time_s=time_s)
 
 
-def _times(path: Path, column: Array) -> tuple[Array | None, tuple[str, ...]]:
-    """Seconds since the video began, whichever unit they are in; None where they do not increase. And what is odd."""
-    steps = np.diff(column)
-    if not len(steps):
-        return None, ()
-    if not np.isfinite(column).all() or not (steps > 0).all() or column[0] < 0:
-        k = int(np.argmin(np.concatenate([[column[0] >= 0], steps > 0])))
-        words = f"{path}: the time of its row {k + 1} is {column[k]:g}, expected times that increase: rows are counted"
-        return None, (f"{words} as frames instead",)
-    unit_s = next(unit for limit, unit in UNITS_S if np.median(steps) < limit)
-    if column[0] * unit_s <= LONGEST_S:
-        return np.asarray(column * unit_s), ()
-    words = f"{path}: its times begin at {column[0]:.15g}, as a clock's: its first row is taken to be the first frame's"
-    return np.asarray((column - column[0]) * unit_s), (words,)
-
-
-def frames_of(path: Path, column: Array) -> NDArray[np.int64]:
-    """Numbers of frames, as a column of the table has them; rows are counted where it is empty. Raises `InputError`."""
-    if np.isnan(column).all():
-        return np.arange(len(column), dtype=np.int64)
-    is_whole = np.isfinite(column) & (column == np.rint(column)) & (column >= 0)
-    is_next = np.concatenate([is_whole[:1], is_whole[1:] & (np.diff(column) > 0)])
-    if not is_next.all():
-        k = int(np.argmin(is_next))
-        is_what = "not there" if np.isnan(column[k]) else f"{column[k]:g}"
-        raise InputError(f"{path}: the frame of its row {k + 1} is {is_what}, expected whole numbers that increase")
-    return column.astype(np.int64)
-
-
 def _column(cell: str) -> tuple[str, str] | None:
     """Joint and axis that a column's name means."""
     words = cell.lower()
@@ -117,34 +76,43 @@ def _column(cell: str) -> tuple[str, str] | None:
     return None
 
 
-def cells_of(path: Path, lines: list[str], first: int, columns: int, wanted: Container[int]) -> Array:
-    """Numbers of the rows from line `first` on `(T, C)`; of a picture's name, its last; NaN in columns not `wanted`.
+def with_commas(lines: list[str]) -> list[str]:
+    """The same, where semicolons part the cells and commas are those of decimals, as tables are written in Europe."""
+    if lines[0].count(";") <= lines[0].count(","):
+        return lines
+    return [line.replace(",", ".").replace(";", ",") for line in lines]
 
-    Raises `InputError` for rows of other lengths, what is no number, or no row.
+
+def split(line: str) -> list[str]:
+    """Its cells."""
+    return [cell.strip().strip('"').strip() for cell in line.split(",")]
+
+
+def rows_below(path: Path, lines: list[str], first: int, columns: int) -> dict[int, list[str]]:
+    """Cells by number of their line, from 1, of the lines from `first` on.
+
+    Raises `InputError` for another length, or none.
     """
-    rows = []
+    rows = {}
     # A row of commas is a frame in which nobody was found, but after the last.
     end = max((k + 1 for k in range(first, len(lines)) if lines[k].strip(" ,")), default=first)
     for k in range(first, end):
         if not lines[k].strip():
             continue
-        cells = lines[k].split(",")
-        if len(cells) != columns:
-            raise InputError(f"{path}:{k + 1}: row has {len(cells)} cells, expected {columns} as the header has")
-        numbers = (frame_in(cell) if at in wanted else "" for at, cell in enumerate(cells))
-        rows.append([number(cell, path, k + 1, "a keypoint") for cell in numbers])
+        rows[k + 1] = split(lines[k])
+        if len(rows[k + 1]) != columns:
+            raise InputError(f"{path}:{k + 1}: row has {len(rows[k + 1])} cells, expected {columns} as the header has")
     if not rows:
         raise InputError(f"{path}: has a header but no rows, expected one a frame")
-    return np.array(rows)
+    return rows
 
 
-def frame_in(cell: str) -> str:
-    """The number in a picture's name, such as `labeled-data/trial/img0041.png`; other cells as they are."""
-    name = cell.strip()
-    if not PICTURE.search(name):
-        return cell
-    digits: list[str] = re.findall(r"\d+", PICTURE.sub("", name))
-    return digits[-1] if digits else ""
+def numbers_in(path: Path, rows: Mapping[int, Sequence[str]], wanted: Sequence[int]) -> Array:
+    """The rows `(T, C)`; NaN in columns not `wanted`. Raises `InputError` for what is no number there."""
+    table = np.full((len(rows), len(next(iter(rows.values())))), np.nan)
+    for at, (line, cells) in enumerate(rows.items()):
+        table[at, wanted] = [number(cells[k], path, line, "a keypoint") for k in wanted]
+    return table
 
 
 def from_columns(

@@ -10,7 +10,7 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.rotation import Array
 
-__all__ = ["Markers", "check_times", "without_zeros"]
+__all__ = ["Markers", "check_times", "without_fillers"]
 
 SLOWEST_S = 0.5
 """No cameras take fewer pictures."""
@@ -39,14 +39,17 @@ class Markers:
         return {name: int(np.isnan(points[:, 0]).sum()) for name, points in self.positions_m.items()}
 
 
-def without_zeros(points: Array) -> Array:
-    """Places `(T, 3)` without rows of zeros, which are written where a marker was not seen.
+def without_fillers(points: Array) -> Array:
+    """Places `(T, 3)` without rows of one number thrice, such as 0 or -9999, again and again: nothing was seen there.
 
     A joint that is the world's origin is there in all of its rows.
     """
-    is_zero = (points == 0).all(axis=1)
-    is_origin = (is_zero | np.isnan(points).any(axis=1)).all()
-    return points if is_origin else np.where(is_zero[:, None], np.nan, points)
+    is_alike = (points[:, :1] == points).all(axis=1)
+    values, counts = np.unique(points[is_alike, 0], return_counts=True)
+    fillers = [value for value, count in zip(values, counts, strict=True) if value == 0 or count > 1]
+    is_filler = is_alike & np.isin(points[:, 0], fillers)
+    is_all = (is_filler | np.isnan(points).any(axis=1)).all()
+    return points if is_all else np.where(is_filler[:, None], np.nan, points)
 
 
 def check_times(path: Path, markers: Markers) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.markers import Markers, without_zeros
+from pytracker.formats.markers import Markers, without_fillers
 from pytracker.rotation import Array
 
 __all__ = ["is_mat", "read_mat_imu", "read_mat_points"]
@@ -74,7 +74,7 @@ def read_mat_points(path: Path) -> Markers:
     points = {name: values for name, values in points.items() if len(values) == count}
     time_s, rate_hz = _times(path, arrays, count)
     seen = {name: np.isfinite(of).all(axis=1).reshape(-1, 1) for name, of in points.items()}
-    positions = {name: without_zeros(np.where(seen[name], of, np.nan)) for name, of in points.items()}
+    positions = {name: without_fillers(np.where(seen[name], of, np.nan)) for name, of in points.items()}
     return Markers(time_s, positions, rate_hz)
 
 

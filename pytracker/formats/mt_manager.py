@@ -62,7 +62,12 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
     """From the file's lines; `rate_hz` where the file does not say it. Raises `InputError`."""
     first, delimiter, names = _header(path, lines)
     table = parse_table(path, lines, first + 1, names, delimiter, KNOWN)
-    rate = rate_hz if rate_hz is not None else _stated_rate(path, lines[:first])
+    stated = _stated_rate(path, lines[:first])
+    if stated is not None and rate_hz is not None and stated != rate_hz:
+        raise InputError(
+            f"{path}: its Update Rate is {stated:g} Hz, and rate_hz is {rate_hz:g}, expected the same, or no rate_hz"
+        )
+    rate = stated if rate_hz is None else rate_hz
     # Times come before the lost samples go: without a counter it is the rows that count.
     time_s = _times(table, rate)
     kept, warnings = _lost_samples(table)

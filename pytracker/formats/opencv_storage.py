@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -41,11 +42,15 @@ def matrices_of(path: Path, text: str) -> dict[str, Array]:
     return {name: _matrix(path, name, *cells) for name, cells in found.items()}
 
 
-def picture_size(text: str) -> tuple[int, int] | None:
+def picture_size(text: str, matrices: Mapping[str, Array]) -> tuple[int, int] | None:
     """Width and height of the pictures, px, where the text says both."""
+    for name in ("image_size", "imageSize", "img_size"):
+        if name in matrices and matrices[name].size == 2:
+            width, height = (round(side) for side in matrices[name].ravel().tolist())
+            return width, height
     found = [re.search(rf"\b{name}\W+(\d{{1,5}})\b", text) for name in ("image_width", "image_height")]
-    width, height = (None if side is None else int(side[1]) for side in found)
-    return None if width is None or height is None else (width, height)
+    of_width, of_height = (None if side is None else int(side[1]) for side in found)
+    return None if of_width is None or of_height is None else (of_width, of_height)
 
 
 def _check_known(path: Path, text: str, names: list[str]) -> None:

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.markers import Markers, without_zeros
+from pytracker.formats.markers import Markers, without_fillers
 from pytracker.formats.text import number, read_lines
 from pytracker.rotation import Array
 
@@ -43,7 +43,7 @@ def read_trc(path: Path | str) -> Markers:
     found = _trajectories(path)
     if found.unit not in UNITS_M:
         raise InputError(f"{path}:3: Units is {found.unit!r}, expected one of: {', '.join(UNITS_M)}")
-    positions = {name: without_zeros(points * UNITS_M[found.unit]) for name, points in found.points.items()}
+    positions = {name: without_fillers(points * UNITS_M[found.unit]) for name, points in found.points.items()}
     rate_hz = found.rate_hz if found.rate_hz > 0 else None
     count, rows = found.frame_count, len(found.time_s)
     short = f"{path}:3: NumFrames is {count:g}, and {rows} rows follow: the file is cut short"

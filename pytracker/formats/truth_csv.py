@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.markers import Markers, without_zeros
+from pytracker.formats.markers import Markers, without_fillers
 from pytracker.formats.text import parse_table, read_lines
 
 __all__ = ["read_truth_csv"]
@@ -41,5 +41,5 @@ def read_truth_csv(path: Path | str) -> Markers:
         points = table.columns(*(f"{joint}_{axis}_m" for axis in "xyz"))
         assert points is not None
         points[np.isnan(points).any(axis=1)] = np.nan
-        positions[joint] = without_zeros(points)
+        positions[joint] = without_fillers(points)
     return Markers(time_s=time_s[:, 0], positions_m=positions, rate_hz=None)

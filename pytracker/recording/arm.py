@@ -52,6 +52,9 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     imu, warnings = load_imu(folder, f"{path}: imu[0]", entry.imu[0], worn_by)
     mount = np.array(entry.imu[0].mount)
     mount /= np.linalg.norm(mount)
+    videos = [(folder / camera.video).resolve() for camera in entry.camera]
+    if len(set(videos)) < len(videos):
+        raise InputError(f"{path}: two of its cameras have one video, {entry.camera[-1].video}, expected one each")
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
     views, of_keypoints = _detected(folder, entry, views)
     overlap_warnings = _check_overlap(views, imu) + of_keypoints + _off_middle(path, views)

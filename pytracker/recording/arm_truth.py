@@ -19,7 +19,7 @@ JOINTS = ("shoulder", "elbow", "wrist")
 STRAY = 4.0
 """Times the arm's reach: no marker of it goes so far from where it usually is."""
 MOST_STRAYS = 0.05
-"""More such rows are no strays: the lengths then tell what is wrong."""
+"""More such rows are no strays."""
 SHOULDER_M = 0.07
 ELBOW_SWINGS_M = 0.06
 """A shoulder that is taken to be still moves by a few centimetres."""
@@ -50,9 +50,15 @@ def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list
         usual = np.nanmedian(points, axis=0) if np.isfinite(points).any() else np.zeros(3)
         with np.errstate(invalid="ignore"):
             stray = np.linalg.norm(points - usual, axis=1) > STRAY * reach
-        if not stray.any() or stray.mean() > MOST_STRAYS:
+        if not stray.any():
             continue
         first = int(np.argmax(stray))
+        if stray.mean() > MOST_STRAYS:
+            raise InputError(
+                f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, and in "
+                f"{int(stray.sum())} of {len(points)} rows farther than {STRAY * reach:.1f} m from its usual place, "
+                f"expected {MOST_STRAYS:.0%} of them at most: is that how gaps were written? Leave them empty"
+            )
         warnings.append(
             f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, "
             "expected within "

@@ -1,0 +1,138 @@
+"""Of which frames a table's rows are: by a column of their numbers, of their pictures' names, or of times."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import InputError
+from pytracker.rotation import Array
+
+__all__ = ["Rows", "frames_of", "rows_of"]
+
+Numbers = NDArray[np.int64]
+
+FRAME = re.compile(
+    r"((video|image|img|picture)[ _]?)?(frame|fr?(?=[ _]?n))s?[ _]?(id|idx|index|no|nr|num|number|count)?[ _.]?#?"
+)
+"""A column that counts frames."""
+PICTURE = re.compile(r"\.(png|jpe?g|bmp|tiff?|webp)$", re.IGNORECASE)
+"""What names one does too."""
+INDEX = ("", "index", "idx", "id", "unnamed: 0")
+"""What the first column is called that pandas wrote as its index."""
+TIME = re.compile(
+    r"(frame[ _]?)?(time[ _]?(stamp)?|elapsed([ _]?time)?|pts|t)([ _]*[(\[]?(?P<unit>s|secs?|seconds|ms|us|ns)[)\]]?)?"
+)
+"""A column of their times."""
+OF_DAY = re.compile(r"(?:(\d+):)?(\d+):(\d+(?:\.\d+)?)")
+UNITS_S = ((0.5, 1.0), (500.0, 1e-3), (5e5, 1e-6), (np.inf, 1e-9))
+"""Frames that are less than so far apart are in this unit, s: no detector is slower than two a second."""
+SAID_S = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+LONGEST_S = 24 * 3600.0
+"""Times that begin later are those of a clock, not of the video."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Of which frame each row is.
+
+    Attributes:
+        frames: by its number, or one by one `(T,)`.
+        time_s: since the video began `(T,)`, s; None where there are no times, or numbers say it.
+        warnings: what is odd.
+    """
+
+    frames: Numbers
+    time_s: Array | None = None
+    warnings: tuple[str, ...] = ()
+
+
+def rows_of(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], others: Sequence[int]) -> Rows:
+    """By whichever of the columns says it; `others` are those that hold no keypoints. Raises `InputError`."""
+    names = [name.lower() for name in header]
+    columns = {k: [row[k] for row in rows] for k in others}
+    first = next(iter(columns.values()), [])
+    counting = [k for k in others if FRAME.fullmatch(names[k])] + [k for k in others if PICTURE.search(columns[k][0])]
+    if not counting and 0 in columns and names[0] in INDEX and _increases(first):
+        counting = [0]
+    if counting:
+        return Rows(frames_of(path, columns[counting[0]]))
+    by_row = np.arange(len(rows), dtype=np.int64)
+    timing = next((k for k in others if TIME.fullmatch(names[k])), None)
+    if timing is not None:
+        said, column = TIME.fullmatch(names[timing]), columns[timing]
+        unit = "s" if any(OF_DAY.fullmatch(cell) for cell in column) else said and said["unit"]
+        return Rows(by_row, *_times(path, np.array([_number(cell) for cell in column]), SAID_S.get(unit or "")))
+    unknown = [header[k] or f"column {k + 1}" for k in others if len(rows) > 1 and _increases(columns[k])]
+    words = f"{path}: {', '.join(unknown)[:120]} says nothing that is known, expected frame or time_s: rows are counted"
+    return Rows(by_row, None, (words,) if unknown else ())
+
+
+def frames_of(path: Path, column: Sequence[str]) -> Numbers:
+    """Numbers of frames, or those in names such as `labeled-data/trial/img0041.png`.
+
+    Rows are counted where all is empty. Raises `InputError` where they are no whole numbers, or do not increase.
+    """
+    if not any(column):
+        return np.arange(len(column), dtype=np.int64)
+    found = np.array([_number(cell) for cell in column])
+    if not np.isfinite(found).any():
+        found = _in_names(column)
+    is_whole = np.isfinite(found) & (found == np.rint(found)) & (found >= 0)
+    is_next = np.concatenate([is_whole[:1], is_whole[1:] & (np.diff(found) > 0)])
+    if not is_next.all():
+        k = int(np.argmin(is_next))
+        is_what = column[k][:60] or "not there"
+        raise InputError(f"{path}: the frame of its row {k + 1} is {is_what}, expected whole numbers that increase")
+    return found.astype(np.int64)
+
+
+def _in_names(column: Sequence[str]) -> Array:
+    """The last number in every name that counts on; else the last `(T,)`."""
+    runs = [re.findall(r"\d+", PICTURE.sub("", cell)) for cell in column]
+    if len({len(found) for found in runs}) == 1:
+        table = np.array(runs, dtype=np.float64).reshape(len(runs), -1)
+        counting = np.flatnonzero((np.diff(table, axis=0) > 0).all(axis=0))
+        if len(runs) > 1 and counting.size:
+            return np.asarray(table[:, counting[-1]])
+    return np.array([float(found[-1]) if found else np.nan for found in runs])
+
+
+def _increases(column: Sequence[str]) -> bool:
+    """Whether whole numbers do, cell by cell."""
+    found = np.array([_number(cell) for cell in column])
+    return bool(np.isfinite(found).all() and (found == np.rint(found)).all() and (np.diff(found) > 0).all())
+
+
+def _number(cell: str) -> float:
+    """What a cell says, in seconds where it is a time of day; NaN where it is none."""
+    if of_day := OF_DAY.fullmatch(cell):
+        return 3600 * int(of_day[1] or 0) + 60 * int(of_day[2]) + float(of_day[3])
+    try:
+        return float(cell)
+    except ValueError:
+        return np.nan
+
+
+def _times(path: Path, column: Array, said_s: float | None) -> tuple[Array | None, tuple[str, ...]]:
+    """Seconds since the video began; None where they do not increase. And what is odd.
+
+    Where the unit is not said, it is one that gives a rate that detectors have.
+    """
+    steps = np.diff(column)
+    if not len(steps):
+        return None, ()
+    if not np.isfinite(column).all() or not (steps > 0).all() or column[0] < 0:
+        k = int(np.argmin(np.concatenate([[column[0] >= 0], steps > 0])))
+        words = f"{path}: the time of its row {k + 1} is {column[k]:g}, expected times that increase: rows are counted"
+        return None, (f"{words} as frames instead",)
+    unit_s = said_s or next(unit for limit, unit in UNITS_S if np.median(steps) < limit)
+    if column[0] * unit_s <= LONGEST_S:
+        return np.asarray(column * unit_s), ()
+    words = f"{path}: its times begin at {column[0]:.15g}, as a clock's: its first row is taken to be the first frame's"
+    return np.asarray((column - column[0]) * unit_s), (words,)
