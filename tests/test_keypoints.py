@@ -23,7 +23,7 @@ from pytracker.formats.keypoint_models import MODELS, name_of
 from pytracker.formats.keypoints import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.formats.video_times import counted, frame_times
-from pytracker.recording.keypoints import in_pixels, uncovered
+from pytracker.recording.keypoints import in_pixels, uncovered, unseen
 from pytracker.recording.keypoints_filled import without_filled, without_repeats
 from pytracker.rotation import Array
 
@@ -519,3 +519,11 @@ def test_keypoints_of_every_second_frame_are_told() -> None:
     points = np.zeros((60, 1, len(KEYPOINTS), 3))
     (said,) = uncovered(Path("k.csv"), Keypoints(np.arange(60), points), VideoInfo(320, 240, 121, 60.0))
     assert "of every 2. frame (a column frame says which)?" in said
+
+
+def test_arms_that_a_detector_never_saw_are_named() -> None:
+    points = np.ones((4, 1, len(KEYPOINTS), 3))
+    assert unseen(Path("k.csv"), Keypoints(np.arange(4), points)) == ()
+    points[:, :, [KEYPOINTS.index("right_elbow"), KEYPOINTS.index("right_wrist")]] = np.nan
+    (said,) = unseen(Path("k.csv"), Keypoints(np.arange(4), points))
+    assert "k.csv: keypoints have no right_elbow, right_wrist in any frame" in said

@@ -148,15 +148,16 @@ def test_a_forearm_whose_wrist_is_not_known_is_drawn_so(tracked: list[tuple[Path
     assert orange[1] > 20
 
 
-def test_points_a_tenth_too_large_are_told(simulated_body: Path, tmp_path: Path) -> None:
-    """The camera that is fitted to them sees a person who is too small, and elsewhere."""
+@pytest.mark.parametrize("scale", [1.1, 1.2])
+def test_points_that_are_too_large_are_told(simulated_body: Path, tmp_path: Path, scale: float) -> None:
+    """The camera that is fitted to them sees a person who is too small, and elsewhere; by a fifth it was not told."""
     folder = shutil.copytree(simulated_body, tmp_path / "large")
     right = pt.track(pt.load(folder), pt.Partitioned(particles=50))
     assert pt.doubts(right) == ()
     path = folder / "points.csv"
     header, *lines = path.read_text().splitlines()
     rows = [line.split(",") for line in lines]
-    scaled = [",".join([*(f"{1.1 * float(x):.5f}" for x in row[:3]), *row[3:]]) for row in rows]
+    scaled = [",".join([*(f"{scale * float(x):.5f}" for x in row[:3]), *row[3:]]) for row in rows]
     path.write_text("\n".join([header, *scaled]) + "\n")
     (words,) = pt.doubts(pt.track(pt.load(folder), pt.Partitioned(particles=50)))
     assert "at the first frame the person's head is" in words

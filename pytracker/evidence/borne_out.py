@@ -61,16 +61,20 @@ def head_off(camera: Camera | WeakPerspective, joints: Mapping[str, Array], evid
     px_per_m = float(camera.px_per_m(joints["root"][None])[0])
     mask = evidence.foreground
     height, width = mask.shape
-    if not (np.isfinite([u, v]).all() and 0 <= v < height and 0 <= u < width):
+    if not (np.isfinite([u, v]).all() and v < height and 0 <= u < width):
         return np.full(2, np.nan)
     reach = round(COLUMN_M * px_per_m)
     rows = np.flatnonzero(mask[:, max(0, round(u) - reach) : round(u) + reach + 1].any(axis=1))
-    on = np.flatnonzero(mask[min(height - 1, round(v))])
-    if not len(rows) or not len(on):
+    if not len(rows):
+        return np.full(2, np.nan)
+    head = rows[0] + CROWN_M * px_per_m
+    # A skeleton that is too tall has its head above the person, or above the picture.
+    on = np.flatnonzero(mask[min(height - 1, round(max(v, head)))])
+    if not len(on):
         return np.full(2, np.nan)
     runs = np.split(on, np.flatnonzero(np.diff(on) > 1) + 1)
     nearest = min(runs, key=lambda run: float(np.abs(run - u).min()))
-    return np.array([0.5 * (nearest[0] + nearest[-1]) - u, rows[0] + CROWN_M * px_per_m - v]) / px_per_m
+    return np.array([0.5 * (nearest[0] + nearest[-1]) - u, head - v]) / px_per_m
 
 
 class BorneOut:

@@ -11,7 +11,11 @@ from pytracker.formats.markers import Markers, without_fillers
 
 __all__ = ["read_c3d"]
 
-UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0}
+UNITS_M = {
+    **dict.fromkeys(("mm", "millimeters", "millimetres"), 0.001),
+    **dict.fromkeys(("cm", "centimeters", "centimetres"), 0.01),
+    **dict.fromkeys(("m", "meters", "metres"), 1.0),
+}
 
 
 def read_c3d(path: Path | str) -> Markers:
@@ -27,7 +31,9 @@ def read_c3d(path: Path | str) -> Markers:
         data = ezc3d.c3d(str(path))
         parameters = data["parameters"]["POINT"]
         labels = list(parameters["LABELS"]["value"])
-        rate_hz, unit = float(data["header"]["points"]["frame_rate"]), str(parameters["UNITS"]["value"][0]).strip()
+        unit = " ".join(map(str, parameters["UNITS"]["value"])).strip().lower()
+        header = data["header"]["points"]
+        rate_hz, began = float(header["frame_rate"]), int(header["first_frame"])
         points = np.asarray(data["data"]["points"], dtype=np.float64)
         residuals = np.asarray(data["data"]["meta_points"]["residuals"], dtype=np.float64)
     except (OSError, RuntimeError, ValueError, KeyError, IndexError) as error:
@@ -43,4 +49,5 @@ def read_c3d(path: Path | str) -> Markers:
     names = short if len(set(short)) == len(short) else names
     placed = [np.where(seen[k][:, None], points[:3, k].T * UNITS_M[unit], np.nan) for k in range(len(names))]
     positions = {name: without_fillers(rows) for name, rows in zip(names, placed, strict=True)}
-    return Markers(np.arange(points.shape[2]) / rate_hz, positions, rate_hz)
+    words = f"{path}: its first frame is number {began + 1} of what was recorded: times are counted from it on"
+    return Markers(np.arange(points.shape[2]) / rate_hz, positions, rate_hz, (words,) if began > 0 else ())

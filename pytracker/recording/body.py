@@ -20,7 +20,7 @@ from pytracker.recording.body_view import view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import alone, files_of, of_video
+from pytracker.recording.keypoints import alone, files_of, of_video, unseen
 from pytracker.recording.keypoints_filled import as_seen
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
@@ -111,7 +111,7 @@ def _detected(folder: Path, named: str | None, view: BodyView) -> tuple[BodyView
     file = folder / named
     if view.video is not None:
         kept, said = of_video(file, view.keypoints, counted(view.video))
-        return dataclasses.replace(view, keypoints=kept), said
+        return dataclasses.replace(view, keypoints=kept), (*unseen(file, kept), *said)
     begun, late = alone(file, view.keypoints)
     kept, said = as_seen(file, begun)
     return dataclasses.replace(view, keypoints=kept), (*late, *said)

@@ -23,6 +23,7 @@ __all__ = [
     "of_video",
     "tallest",
     "uncovered",
+    "unseen",
 ]
 
 OUTSIDE = 0.25
@@ -74,6 +75,15 @@ def arms_are_seen(keypoints: Keypoints) -> bool:
     """Whether elbows and wrists are among them most of the time."""
     seen = np.isfinite(keypoints.points[:, :, _ARMS, 0]).any(axis=1)
     return bool((seen.mean(axis=0) >= OFTEN_SEEN).all())
+
+
+def unseen(path: Path, keypoints: Keypoints) -> tuple[str, ...]:
+    """A word where joints of the arms are in no frame at all."""
+    there = np.isfinite(keypoints.points[..., 0])
+    missing = [KEYPOINTS[k] for k in _ARMS if not there[..., k].any()]
+    if not missing:
+        return ()
+    return (f"{path}: keypoints have no {', '.join(missing)} in any frame: only pictures and sensors tell of these",)
 
 
 def tallest(people: Array) -> int | None:
