@@ -20,6 +20,7 @@ STRAY = 4.0
 """Times the arm's reach: no marker of it goes so far from where it usually is."""
 MOST_STRAYS = 0.05
 """More such rows are no strays."""
+ENOUGH_ROWS = 10
 SHOULDER_M = 0.07
 ELBOW_SWINGS_M = 0.06
 """A shoulder that is taken to be still moves by a few centimetres."""
@@ -36,7 +37,15 @@ def load_truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tu
     joints = dict(truth.joints_m)
     strayed = _without_strays(file, joints, arm)
     truth = dataclasses.replace(truth, joints_m=joints)
-    return truth, [*strayed, *_check_truth(file, truth, arm), *gaps]
+    return truth, [*strayed, *_held(file, joints["wrist"]), *_check_truth(file, truth, arm), *gaps]
+
+
+def _held(file: Path, wrist: Array) -> list[str]:
+    """A word where the wrist is in one place in all rows, to the last digit: nobody measured that."""
+    seen = wrist[np.isfinite(wrist).all(axis=1)]
+    if len(seen) < ENOUGH_ROWS or np.ptp(seen, axis=0).any():
+        return []
+    return [f"{file}: the wrist is at {seen[0].tolist()} m in all of its {len(seen)} rows, expected some movement"]
 
 
 def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list[str]:
