@@ -30,7 +30,7 @@ ABOUT = 1.0
 REACH_PX = 12
 """Camshift looks by 10 px beyond what it found, pixels are blurred over one."""
 REPEATS_LEVELS, REPEATS_MEAN = 6, 0.005
-"""A picture that is coded once more differs by so much at the most, and on average; of real cameras by 0.013 and more."""
+"""A picture that is coded once more differs by so much at the most, and on average; of cameras by 0.013 at least."""
 SMALLER_PX = 8.0
 """What stands beside the patch is looked for in a picture so small that the patch is no smaller than this."""
 
