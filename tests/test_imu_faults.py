@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,7 @@ from test_imu_agreement import waving
 
 import pytracker as pt
 from pytracker.formats.imu import orient, read_imu
+from pytracker.formats.imu_bias import bias_by_gravity
 from pytracker.formats.imu_checks import check
 from pytracker.formats.imu_filled import without_filled
 from pytracker.formats.imu_gravity import at_rest
@@ -147,7 +149,9 @@ def test_acceleration_that_is_late_is_told(tmp_path: Path, arm: Array) -> None:
 NO_QUATERNION = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z"
 
 
-@pytest.mark.parametrize("factor", [180 / np.pi, np.array([1.0, -1.0, 1.0]), np.array([1.0, 1.0, -1.0])], ids=str)
+@pytest.mark.parametrize(
+    "factor", [180 / np.pi, np.pi / 180, np.array([1.0, -1.0, 1.0]), np.array([1.0, 1.0, -1.0])], ids=str
+)
 def test_without_orientation_a_gyroscope_in_other_units_is_told(tmp_path: Path, factor: Array | float) -> None:
     table = waving(20.0)[:, :7]
     table[:, GYR] *= 0.2  # slow: a fifth of the turns, in as much time
@@ -162,6 +166,14 @@ def test_without_orientation_a_gyroscope_in_other_units_is_told(tmp_path: Path, 
     assert "computed from the gyroscope: is gyr in rad/s" in told(tmp_path, table, NO_QUATERNION)
 
 
+def test_without_orientation_a_part_in_other_units_is_named(tmp_path: Path, arm: Array) -> None:
+    """The last tenth in degrees per second made 11 cm of 2, without a word on it."""
+    table = arm[:, :7].copy()
+    assert "for 2 s from here on" not in told(tmp_path, table, NO_QUATERNION)
+    table[1800:, GYR] *= 180 / np.pi
+    assert re.search(r"imu\.csv:1802: for 2 s from here on .* another unit there", told(tmp_path, table, NO_QUATERNION))
+
+
 def test_even_turning_is_no_rest(tmp_path: Path) -> None:
     """A wrist that goes in a circle evenly was "at rest" twice a turn, and what it turned by taken off: 22 cm for 2."""
     imu = ArmSimulation(pt.ArmScene(pattern="circle", duration_s=20.0), seed=4).imu
@@ -174,6 +186,18 @@ def test_even_turning_is_no_rest(tmp_path: Path) -> None:
     still[:, GYR] += [0.0, 0.2, -0.1]
     said = told(tmp_path, still, NO_QUATERNION)
     assert re.search(r"At rest the gyroscope reads \[-?0\.\d*, (0\.19|0\.2).*, -(0\.09|0\.1).*\] rad/s", said)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "reach", "gesture"])
+def test_a_bias_of_what_never_lies_still_is_told_by_gravity(tmp_path: Path, pattern: str) -> None:
+    """It was left in: 28 cm, all valid."""
+    imu = ArmSimulation(pt.ArmScene(pattern=pattern, duration_s=20.0), seed=2).imu
+    assert imu.gyr is not None
+    biased = np.array([0.1, -0.2, 0.3])
+    table = np.column_stack([imu.time_s, imu.acc, imu.gyr + biased])
+    log = check(read_imu(write(tmp_path / "imu.csv", table.tolist(), NO_QUATERNION)))
+    assert np.abs(bias_by_gravity(log) - biased).max() < 0.06
+    assert np.linalg.norm(bias_by_gravity(dataclasses.replace(log, gyr=imu.gyr))) < 0.06
 
 
 @pytest.mark.parametrize("noise", [0.005, 0.05])

@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats import imu_csv, mt9_log, mt_manager
 from pytracker.formats.apdm import is_hdf5, read_apdm
-from pytracker.formats.imu_gravity import WINDOW_S, check_up, gyroscope_bias, unsteadiness
+from pytracker.formats.imu_bias import BY_GRAVITY, bias_at_rest, bias_by_gravity
+from pytracker.formats.imu_gravity import WINDOW_S, check_up, check_windows, unsteadiness
 from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.imu_phone import files_of_phone, is_motion, read_motion, read_phone
 from pytracker.formats.mat import is_mat, read_mat_imu
@@ -43,6 +44,7 @@ BIASED = 0.05
 """A gyroscope at rest that reads more is worth a word, rad/s."""
 OTHER_GYROSCOPES: dict[str, Float] = {
     "it is in degrees per second": np.full(3, np.pi / 180),
+    "it is 57 times as much, which is the other way round": np.full(3, 180 / np.pi),
     "its x has the other sign": np.array([-1.0, 1.0, 1.0]),
     "its y has the other sign": np.array([1.0, -1.0, 1.0]),
     "its z has the other sign": np.array([1.0, 1.0, -1.0]),
@@ -152,7 +154,7 @@ def orient(log: ImuLog) -> ImuLog:
             f"{log.path}: has neither orientation nor a gyroscope, expected q_w, q_x, q_y, q_z or gyr_x, gyr_y, gyr_z"
         )
 
-    bias = gyroscope_bias(log)
+    bias, told_by = _bias(log)
     mag = None if log.mag is None or not np.isfinite(log.mag).all() else log.mag
     q = _by_vqf(log, log.gyr - bias, mag)
     heading = (
@@ -162,13 +164,24 @@ def orient(log: ImuLog) -> ImuLog:
     )
     warning = f"{log.path}: has no orientation; computed from its gyroscope by VQF; {heading}"
     if np.linalg.norm(bias) > BIASED:
-        warning += f". At rest the gyroscope reads {np.round(bias, 3).tolist()} rad/s, which is taken off"
+        warning += f". {told_by} {np.round(bias, 3).tolist()} rad/s, which is taken off"
     if mag is None and (longest_s := float(np.diff(log.time_s).max())) > BRIDGED_S:
         warning += f". Over its longest gap, {longest_s:.3g} s, the heading is taken to have stayed"
     oriented = dataclasses.replace(log, q_world_sensor=q, warnings=(*log.warnings, warning))
     _check_gyroscope(oriented, bias)
     up = check_up(oriented, "computed from the gyroscope: is gyr in rad/s, and in the axes of acc?")
-    return dataclasses.replace(oriented, warnings=(*oriented.warnings, *up))
+    return dataclasses.replace(oriented, warnings=(*oriented.warnings, *(up or check_windows(oriented))))
+
+
+def _bias(log: ImuLog) -> tuple[Float, str]:
+    """Of the gyroscope `(3,)`, rad/s, and in words what tells it."""
+    still = bias_at_rest(log)
+    if still is not None:
+        return still, "At rest the gyroscope reads"
+    moving = bias_by_gravity(log)
+    if np.linalg.norm(moving) < BY_GRAVITY:
+        return np.zeros(3), ""
+    return moving, "The sensor never lies still, and gravity stays where it is if the gyroscope is biased by"
 
 
 def _by_vqf(log: ImuLog, gyr: Float, mag: Float | None) -> Float:

@@ -18,7 +18,16 @@ from pytracker._core import InputError
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import conjugate, rotate
 
-__all__ = ["GRAVITY", "WINDOW_S", "at_rest", "check_size", "check_step", "check_up", "gyroscope_bias", "unsteadiness"]
+__all__ = [
+    "GRAVITY",
+    "WINDOW_S",
+    "at_rest",
+    "check_size",
+    "check_step",
+    "check_up",
+    "check_windows",
+    "unsteadiness",
+]
 
 Float = NDArray[np.float64]
 
@@ -30,11 +39,6 @@ REST_ACC = 0.15
 REST_TURN = 0.15
 """At rest for so long the readings vary by less, RMS: m/s², rad/s."""
 ENOUGH_REST_S = 1.0
-LIES_STILL = 0.02
-TIMES_NOISE = 2.0
-"""Lying still, real sensors vary by 0.8 to 1.3 times their noise, circling evenly by 5 to 8 times; and rad/s."""
-MOST_ALIKE = 0.8
-"""Of such stretches so many must read the same, but for `LIES_STILL`."""
 
 IN_G = (0.8, 1.25)
 """The usual size of readings in units of g."""
@@ -49,6 +53,7 @@ TILT_DEG = (4.5, 12.0)
 WINDOW_S = 2.0
 WINDOW_OFF = (2.0, 3.5)
 """Median over windows of how far each one's mean is from gravity, m/s²; right ones have 0.6 at the most."""
+ENOUGH_WINDOWS = 4
 SETTLED_SHARE = 0.5
 """An orientation filter may settle during the first part of a recording."""
 
@@ -76,24 +81,6 @@ def at_rest(log: ImuLog) -> list[slice]:
         if still:
             found.append(slice(int(a), int(b)))
     return found
-
-
-def gyroscope_bias(log: ImuLog) -> Float:
-    """What the gyroscope reads where the sensor lies still `(3,)`, rad/s; 0 where it does not, or does not say alike.
-
-    Who turns evenly reads evenly too, but not to the noise, nor the same each time.
-    """
-    assert log.gyr is not None
-    still = []
-    for part in at_rest(log):
-        noise = np.median(np.abs(np.diff(log.gyr[part], n=2, axis=0)), axis=0) / (0.6745 * np.sqrt(6.0))
-        if np.linalg.norm(log.gyr[part].std(axis=0)) <= max(LIES_STILL, TIMES_NOISE * float(np.linalg.norm(noise))):
-            still.append(log.gyr[part].mean(axis=0))
-    if not still:
-        return np.zeros(3)
-    bias = np.median(still, axis=0)
-    alike = np.linalg.norm(still - bias, axis=1) <= LIES_STILL
-    return np.asarray(bias) if alike.mean() >= MOST_ALIKE else np.zeros(3)
 
 
 def check_size(log: ImuLog) -> list[str]:
@@ -179,14 +166,32 @@ def unsteadiness(log: ImuLog) -> float:
 
     0 where there is none.
     """
+    off, _ = _off_gravity(log)
+    return float(np.median(off)) if len(off) else 0.0
+
+
+def check_windows(log: ImuLog) -> list[str]:
+    """A word on the window that is farthest from gravity, where no arm moves like that and others are not."""
+    off, first = _off_gravity(log)
+    if len(off) < ENOUGH_WINDOWS or off.max() < WINDOW_OFF[1] or np.median(off) > WINDOW_OFF[0]:
+        return []
+    worst = int(np.argmax(off))
+    return [
+        f"{log.path}:{log.lines[first[worst]]}: for {WINDOW_S:g} s from here on the acceleration, turned by the "
+        f"orientation, is {off[worst]:.1f} m/s² from gravity, and {np.median(off):.1f} elsewhere (median): is the "
+        "gyroscope in another unit there, or was the sensor turned on its segment?"
+    ]
+
+
+def _off_gravity(log: ImuLog) -> tuple[Float, NDArray[np.intp]]:
+    """How far the mean acceleration of each window is from gravity in the world, m/s², and its first sample."""
     assert log.acc is not None
     assert log.q_world_sensor is not None
     world = rotate(log.q_world_sensor, log.acc)
-    edges = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1], WINDOW_S)))
-    if len(edges) < 3:
-        return 0.0
-    means = np.add.reduceat(world, edges[:-1])[:-1] / np.diff(edges[:-1])[:, None]
-    return float(np.median(np.linalg.norm(means - UP, axis=1))) if len(means) else 0.0
+    edges = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1] + WINDOW_S, WINDOW_S)))
+    long = [(a, b) for a, b in itertools.pairwise(edges) if log.time_s[b - 1] - log.time_s[a] > 0.5 * WINDOW_S]
+    means = np.array([world[a:b].mean(axis=0) for a, b in long]).reshape(-1, 3)
+    return np.linalg.norm(means - UP, axis=1), np.array([a for a, _ in long], dtype=np.intp)
 
 
 def check_step(log: ImuLog) -> list[str]:

@@ -1,0 +1,96 @@
+"""A gyroscope's bias: what it reads where the sensor lies still, else what keeps gravity where it is."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.formats.imu_gravity import at_rest
+from pytracker.formats.imu_log import ImuLog
+from pytracker.rotation import multiply, rotate, rotation_vector_to_quaternion
+
+__all__ = ["BY_GRAVITY", "bias_at_rest", "bias_by_gravity"]
+
+Float = NDArray[np.float64]
+
+LIES_STILL = 0.02
+TIMES_NOISE = 2.0
+"""Lying still, real sensors vary by 0.8 to 1.3 times their noise, circling evenly by 5 to 8 times; and rad/s."""
+MOST_ALIKE = 0.8
+"""Of such stretches so many must read the same, but for `LIES_STILL`."""
+WINDOW_S = 4.0
+"""Over so long a bias turns gravity by more than an arm's own acceleration does."""
+MOST_WINDOWS = 20
+"""More tell little more."""
+EACH_S = 0.05
+"""Samples are taken together over so long."""
+BY_GRAVITY = 0.15
+"""What gravity tells is off by up to 0.07 on arms that move: less is left to VQF, rad/s."""
+ROUNDS = 5
+"""A bias is large beside what its effect is linear in."""
+
+
+def bias_at_rest(log: ImuLog) -> Float | None:
+    """What the gyroscope reads where the sensor lies still `(3,)`, rad/s; None where it never does, or not alike.
+
+    Who turns evenly reads evenly too, but not to the noise, nor the same each time.
+    """
+    assert log.gyr is not None
+    still = []
+    for part in at_rest(log):
+        noise = np.median(np.abs(np.diff(log.gyr[part], n=2, axis=0)), axis=0) / (0.6745 * np.sqrt(6.0))
+        if np.linalg.norm(log.gyr[part].std(axis=0)) <= max(LIES_STILL, TIMES_NOISE * float(np.linalg.norm(noise))):
+            still.append(log.gyr[part].mean(axis=0))
+    if not still:
+        return None
+    bias = np.median(still, axis=0)
+    alike = np.linalg.norm(still - bias, axis=1) <= LIES_STILL
+    return np.asarray(bias) if alike.mean() >= MOST_ALIKE else None
+
+
+def bias_by_gravity(log: ImuLog) -> Float:
+    """That with which gravity stays where it is while the sensor moves `(3,)`, rad/s.
+
+    Turned back by the gyroscope to where a window began, the acceleration is gravity but for what the arm does, which
+    averages out. A bias b turns it by phi(t) b, phi the integral of what turned it back: least squares over windows.
+    """
+    bias = np.zeros(3)
+    parts = _windows(log)
+    for _ in range(ROUNDS if parts else 0):
+        rows = [_window(log, a, b, bias) for a, b in parts]
+        slopes, off = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
+        bias = bias + np.linalg.lstsq(slopes, off, rcond=None)[0]
+    return bias
+
+
+def _windows(log: ImuLog) -> list[tuple[int, int]]:
+    """First sample, and that after the last, of windows without gaps."""
+    edges = np.unique(np.searchsorted(log.time_s, np.arange(log.time_s[0], log.time_s[-1], WINDOW_S)))
+    whole = [
+        (int(a), int(b))
+        for a, b in itertools.pairwise(edges)
+        if b - a > 1 and np.diff(log.time_s[a:b]).max() < 0.1 * WINDOW_S
+    ]
+    return whole[:: max(1, len(whole) // MOST_WINDOWS)]
+
+
+def _window(log: ImuLog, a: int, b: int, bias: Float) -> tuple[Float, Float]:
+    """Slopes `(3 K, 3)` and what is left to explain `(3 K,)`, m/s²."""
+    assert log.gyr is not None
+    assert log.acc is not None
+    time_s = log.time_s[a:b]
+    steps = np.diff(time_s)
+    turns = rotation_vector_to_quaternion(0.5 * (log.gyr[a : b - 1] + log.gyr[a + 1 : b] - 2 * bias) * steps[:, None])
+    q = np.zeros((b - a, 4))
+    q[0, 0] = 1.0
+    for k in range(1, b - a):
+        q[k] = multiply(q[k - 1], turns[k - 1])
+    back = np.stack([rotate(q, axis) for axis in np.eye(3)], axis=2)
+    phi = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(0.5 * (back[1:] + back[:-1]) * steps[:, None, None], axis=0)])
+    force = rotate(q, log.acc[a:b])
+    gravity = force.mean(axis=0)
+    slope = np.cross((phi - phi.mean(axis=0)).transpose(0, 2, 1), gravity).transpose(0, 2, 1)
+    every = max(1, round(EACH_S / float(np.median(steps))))
+    return slope[::every].reshape(-1, 3), (force - gravity)[::every].reshape(-1)
