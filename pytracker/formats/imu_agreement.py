@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.formats.imu_bursts import comes_in_bursts
 from pytracker.formats.imu_log import ImuLog
 from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector
 
-__all__ = ["check_noise", "check_turns", "comes_in_bursts", "repeats", "turns"]
+__all__ = ["check_noise", "check_turns", "repeats", "turns"]
 
 Float = NDArray[np.float64]
 
@@ -32,10 +33,6 @@ AGREE = (0.5, 2.0)
 ODD = (0.75, 1.33)
 """Beyond these one of them is odd, such as one that lags or is scaled."""
 AXES = "xyz"
-BURSTS = 3.0
-"""Samples that are this many times farther apart on average than they usually are come in bursts."""
-PAUSES, FEW_PAUSES = 0.005, 3
-"""So many intervals, as a share and at least, may be pauses."""
 FROZEN_BESIDE = {"acc": 0.5, "gyr": 0.25}
 """An axis that stays the same while the others vary by so much (m/s², rad/s, standard deviation) is frozen."""
 NOISE_RAD_S = 0.15
@@ -118,16 +115,6 @@ def turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Flo
         np.diff(log.time_s[at])[whole],
         at[:-1][whole],
     )
-
-
-def comes_in_bursts(log: ImuLog) -> bool:
-    """Whether time stamps are those of arrival, several samples at once: rates cannot be told from them.
-
-    Bursts come all along; a few pauses, however long, are gaps.
-    """
-    interval = np.sort(np.diff(log.time_s))
-    pauses = max(FEW_PAUSES, int(PAUSES * len(interval)))
-    return len(interval) > pauses and bool(interval[:-pauses].mean() > BURSTS * np.median(interval))
 
 
 def check_noise(log: ImuLog) -> list[str]:

@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.imu_agreement import check_noise, check_turns, comes_in_bursts, repeats
+from pytracker.formats.imu_agreement import check_noise, check_turns, repeats
+from pytracker.formats.imu_bursts import comes_in_bursts, evened
 from pytracker.formats.imu_filled import without_filled
 from pytracker.formats.imu_gravity import check_size, check_step, check_up
 from pytracker.formats.imu_interleaved import check_interleaved
@@ -39,6 +40,7 @@ def check(log: ImuLog) -> ImuLog:
         k = int(np.argmin(np.isfinite(log.time_s)))
         raise InputError(f"{log.path}:{log.lines[k]}: time_s is {log.time_s[k]}, expected a finite number")
     times = _check_times(log)
+    log = evened(log)
     check_interleaved(log)
     log = without_filled(without_outliers(log))
     standing = saturates(log)
@@ -90,10 +92,7 @@ def _check_times(log: ImuLog) -> list[str]:
             f"gaps of more than {JUMP_S:g} s"
         )
     if comes_in_bursts(log):
-        return [
-            f"{log.path}: samples come in bursts (usual interval {usual:.6f} s, mean {interval.mean():.6f} s), "
-            "expected the times at which they were measured, not those at which they arrived"
-        ]
+        return []
     gaps = np.flatnonzero(interval > GAP_INTERVALS * usual)
     if not gaps.size:
         return []

@@ -12,6 +12,7 @@ import re
 from collections import Counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import ARM_DOUBTS, InputError, TrackingError
 from pytracker.evidence.sightings import Sightings
@@ -40,6 +41,9 @@ HELD_SUSPECTS = ("heading_deg", "offset_s", MIRRORED)
 LOST = -1e3
 SETTLED_S = 0.5
 """The first moments depend on the start more than on heading and clock."""
+
+PAUSE_S, AFTER_PAUSE_S = 0.3, 2.0
+"""A pause of the sensor is explained by whatever holds the wrist; so is what comes after it for so long."""
 
 AT_MOST = 5.0
 """What one frame may add: a filter that is lost for a while must not decide."""
@@ -205,8 +209,16 @@ def _log_evidence(recording: ArmRecording, sightings: Sightings, method: ArmMeth
         track = error.track
     known = np.isfinite(track.log_evidence)
     found[known] = track.log_evidence[known]
-    found[sightings.time_s < recording.imus[0].time_s[0] + SETTLED_S] = np.nan
+    found[_beside_sensor(recording.imus[0].time_s, sightings.time_s)] = np.nan
     return found
+
+
+def _beside_sensor(imu_s: Array, time_s: Array) -> NDArray[np.bool_]:
+    """Which frames `(T,)` are before, behind and in pauses of the sensor, or soon after: there a filter looks anew."""
+    beside = np.asarray((time_s < imu_s[0] + SETTLED_S) | (time_s > imu_s[-1]))
+    for k in np.flatnonzero(np.diff(imu_s) > PAUSE_S):
+        beside |= (time_s > imu_s[k]) & (time_s < imu_s[k + 1] + AFTER_PAUSE_S)
+    return beside
 
 
 def unbelieved(track: Track) -> tuple[str, ...]:

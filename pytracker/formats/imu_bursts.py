@@ -1,0 +1,71 @@
+"""Times at which samples arrived, several at once, as by Bluetooth: put back to an even rate where they had one."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+
+import numpy as np
+
+from pytracker.formats.imu_log import ImuLog
+from pytracker.rotation import Array
+
+__all__ = ["comes_in_bursts", "evened"]
+
+BURSTS = 3.0
+"""Samples that are this many times farther apart on average than they usually are come in bursts."""
+PAUSES, FEW_PAUSES = 0.005, 3
+"""So many intervals, as a share and at least, may be pauses."""
+LATE = 2.5
+"""Of an even rate nothing is later than so many times the usual wait for a burst: else samples were lost."""
+PAUSE = 4.0
+"""Whoever waits so many times as long pauses."""
+FEW = 20
+"""Fewer samples have no rate."""
+
+
+def comes_in_bursts(log: ImuLog) -> bool:
+    """Whether time stamps are those of arrival, several samples at once: rates cannot be told from them.
+
+    Bursts come all along; a few pauses, however long, are gaps.
+    """
+    interval = np.sort(np.diff(log.time_s))
+    pauses = max(FEW_PAUSES, int(PAUSES * len(interval)))
+    return len(interval) > pauses and bool(interval[:-pauses].mean() > BURSTS * np.median(interval))
+
+
+def evened(log: ImuLog) -> ImuLog:
+    """The log with samples of bursts at an even rate, each as late as it can have been measured, and a word on it.
+
+    Between longer pauses each stretch is put back on its own. Where some samples of one were lost, which has no even
+    rate then, all times stay those of arrival.
+    """
+    if not comes_in_bursts(log):
+        return log
+    interval = np.diff(log.time_s)
+    usual, mean = float(np.median(interval)), float(interval.mean())
+    words = (
+        f"{log.path}: samples come in bursts (usual interval {usual:.6f} s, mean {mean:.6f} s), expected the times at "
+        "which they were measured, not those at which they arrived"
+    )
+    wait_s = float(np.median(interval[interval > BURSTS * usual]))
+    ends = [0, *(np.flatnonzero(interval > PAUSE * wait_s) + 1), len(log.time_s)]
+    put = [_evenly(log.time_s[a:b], wait_s) for a, b in itertools.pairwise(ends)]
+    time_s = np.concatenate([np.empty(0), *(part for part in put if part is not None)])
+    if len(time_s) < len(log.time_s) or not (np.diff(time_s) > 0).all():
+        return dataclasses.replace(log, warnings=(*log.warnings, words))
+    rate_hz = 1.0 / float(np.median(np.diff(time_s)))
+    return dataclasses.replace(
+        log, time_s=time_s, warnings=(*log.warnings, f"{words}: they are put at an even {rate_hz:.4g} Hz")
+    )
+
+
+def _evenly(time_s: Array, wait_s: float) -> Array | None:
+    """Times at an even rate, none later than it arrived; None where some were lost."""
+    number = np.arange(len(time_s))
+    if len(time_s) < FEW:
+        return None
+    slope, start = np.polyfit(number, time_s - time_s[0], 1)
+    line = time_s[0] + start + slope * number
+    late = time_s - line
+    return None if np.ptp(late) > LATE * wait_s else np.asarray(line + late.min())
