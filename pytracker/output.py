@@ -45,6 +45,8 @@ def check_target(target: Path, *, force: bool = False, is_recording: bool = Fals
         target = target.resolve()
     except (OSError, RuntimeError) as error:
         raise InputError(f"{target}: cannot be followed to a folder: {error}") from None
+    if blocked := next((parent for parent in target.parents if parent.is_file()), None):
+        raise InputError(f"{target}: {blocked} is a file, expected a folder to write into")
     _sweep(target)
     if not target.exists():
         return target

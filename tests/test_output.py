@@ -49,6 +49,12 @@ def hidden(folder: Path) -> list[str]:
     return [path.name for path in folder.iterdir() if path.name.startswith(".")]
 
 
+def test_a_file_in_the_way_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(pt.InputError, match=r"below: .*file is a file, expected a folder to write into"):
+        write(tmp_path / "file" / "below", "new")
+
+
 def test_a_folder_is_replaced_only_by_force_and_only_as_it_was_written(tmp_path: Path) -> None:
     out = tmp_path / "out"
     write(out, "old")

@@ -104,10 +104,20 @@ def main() -> None:
         sys.exit(_told(error))
 
 
+def _in_words(error: Exception) -> str:
+    """Without the number that an operating system gives it, such as of a full disk."""
+    match error:
+        case OSError(filename=str(file), strerror=str(why)):
+            return f"{file}: {why.lower()}"
+        case OSError(strerror=str(why)):
+            return why.lower()
+    return str(error)
+
+
 def _told(error: Exception) -> int:
     """The exit status after an error, which is printed."""
     if isinstance(error, pt.InputError | pt.TrackingError | OSError):
-        print(f"pytracker: {error}", file=sys.stderr)
+        print(f"pytracker: {_in_words(error)}", file=sys.stderr)
         return 1 if isinstance(error, pt.TrackingError) else 2
     if _taken:
         # On its way out the signal became another: a module that is being imported says "initialization failed".
