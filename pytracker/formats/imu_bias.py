@@ -28,6 +28,10 @@ EACH_S = 0.05
 """Samples are taken together over so long."""
 BY_GRAVITY = 0.15
 """What gravity tells is off by up to 0.07 on arms that move: less is left to VQF, rad/s."""
+LASTS_S = 1.0
+"""How long an arm's own acceleration stays alike."""
+CLEAR = 1.2
+"""What is no larger beside its standard deviation is left alone; those are twice what it is off by on real data."""
 ROUNDS = 5
 """A bias is large beside what its effect is linear in."""
 
@@ -51,18 +55,24 @@ def bias_at_rest(log: ImuLog) -> Float | None:
 
 
 def bias_by_gravity(log: ImuLog) -> Float:
-    """That with which gravity stays where it is while the sensor moves `(3,)`, rad/s.
+    """That with which gravity stays where it is while the sensor moves `(3,)`, rad/s; 0 along what it does not tell.
 
     Turned back by the gyroscope to where a window began, the acceleration is gravity but for what the arm does, which
     averages out. A bias b turns it by phi(t) b, phi the integral of what turned it back: least squares over windows.
+    About an axis that stays upright a bias turns nothing.
     """
-    bias = np.zeros(3)
-    parts = _windows(log)
+    bias, parts, told = np.zeros(3), _windows(log), np.zeros(3)
     for _ in range(ROUNDS if parts else 0):
         rows = [_window(log, a, b, bias) for a, b in parts]
         slopes, off = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
-        bias = bias + np.linalg.lstsq(slopes, off, rcond=None)[0]
-    return bias
+        weights, axes = np.linalg.eigh(slopes.T @ slopes)
+        weights = np.maximum(weights, 1e-9)
+        bias = bias + axes @ (axes.T @ (slopes.T @ off) / weights)
+        # What an arm does lasts for many samples: they are no more than so few.
+        sds = np.sqrt(off.var() * LASTS_S / EACH_S / weights)
+        along = axes.T @ bias
+        told = axes @ np.where(np.abs(along) > CLEAR * sds, along, 0.0)
+    return np.asarray(told)
 
 
 def _windows(log: ImuLog) -> list[tuple[int, int]]:
