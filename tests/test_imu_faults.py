@@ -14,7 +14,7 @@ from test_imu_agreement import waving
 
 import pytracker as pt
 from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_bias import bias_at_rest, bias_by_gravity
+from pytracker.formats.imu_bias import BY_GRAVITY, bias_at_rest, bias_by_gravity
 from pytracker.formats.imu_checks import check
 from pytracker.formats.imu_filled import without_filled
 from pytracker.formats.imu_gravity import at_rest
@@ -180,7 +180,7 @@ def test_real_sensors_that_move_have_no_bias_by_gravity(shared: Callable[[str], 
         log = check(read_imu(path))
         moving = log.kept((log.time_s > 60.0) & (log.time_s < 100.0))
         assert bias_at_rest(moving) is None
-        assert np.linalg.norm(bias_by_gravity(moving)) < 0.02
+        assert np.linalg.norm(bias_by_gravity(moving)) < BY_GRAVITY
 
 
 def test_even_turning_is_no_rest(tmp_path: Path) -> None:

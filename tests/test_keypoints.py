@@ -342,6 +342,14 @@ def test_semicolons_and_times_of_day_are_read(tmp_path: Path) -> None:
     assert np.nanmin(found.points[0, ..., 0]) == 100.5
 
 
+def test_what_is_the_same_in_all_rows_counts_nothing(tmp_path: Path) -> None:
+    rows = [f"300,background.png,{k / 60},100,50,120,90" for k in range(3)]
+    found = plain(tmp_path / "a.csv", rows, f"frame_count,image,time_s,{PLAIN}")
+    assert found.time_s == pytest.approx(np.arange(3) / 60)
+    rows = [f"{5001 + k},{k / 60},100,50,120,90" for k in range(3)]
+    assert plain(tmp_path / "b.csv", rows, f"id,time_s,{PLAIN}").time_s is not None
+
+
 def test_columns_of_other_things_may_be_words(tmp_path: Path) -> None:
     rows = [f"clip.mp4,{k},adult,100,50,120,90" for k in (5, 6, 9)]
     assert plain(tmp_path / "a.csv", rows, f"file,frame,who,{PLAIN}").frames.tolist() == [5, 6, 9]

@@ -94,6 +94,14 @@ def test_other_fillers_are_gaps_too() -> None:
     assert np.flatnonzero(np.isnan(found[:, 0])).tolist() == list(range(3, 9))
 
 
+def test_a_joint_may_lie_in_the_origin() -> None:
+    """A wrist that rests there first was a gap."""
+    way = np.concatenate([np.zeros(50), np.round(np.linspace(0.0, 0.3, 60), 3)])
+    points = np.stack([way, 0.5 * way, way], axis=1)
+    assert np.isfinite(without_fillers(points)).all()
+    assert np.isfinite(without_fillers(np.stack([way, way, way], axis=1))).all()
+
+
 def of_times(times: Array, rate_hz: float | None) -> Markers:
     return Markers(times, {"wrist": np.ones((len(times), 3))}, rate_hz)
 

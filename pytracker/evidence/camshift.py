@@ -29,8 +29,6 @@ ABOUT = 1.0
 """Camshift is let go so many search windows to every side; where it leads out, in all of the picture."""
 REACH_PX = 12
 """Camshift looks by 10 px beyond what it found, pixels are blurred over one."""
-REPEATS_LEVELS, REPEATS_MEAN = 6, 0.005
-"""A picture that is coded once more differs by so much at the most, and on average; of cameras by 0.013 at least."""
 SMALLER_PX = 8.0
 """What stands beside the patch is looked for in a picture so small that the patch is no smaller than this."""
 
@@ -103,10 +101,10 @@ class PatchTracker:
 
     def update(self, image: Image) -> PatchSighting:
         """Look for the patch in the next frame, BGR `(H, W, 3)`."""
-        before, self._last_image = self._last_image, image
-        if before is not None and _repeats(image, before):
+        if self._last_image is not None and np.array_equal(image, self._last_image):
             # A camera that was late shows its last image again: where the patch was then is not where it is now.
             return PatchSighting((np.nan, np.nan), False, "the frame repeats the one before", 1.0, self._box)
+        self._last_image = image
         if self._lost:
             found, reason = self._search(image)
         else:
@@ -248,13 +246,6 @@ def track_patch(
         mass=np.array([s.mass for s in sightings]),
         box=np.array([s.box for s in sightings], dtype=np.int64).reshape(-1, 4),
     )
-
-
-def _repeats(image: Image, before: Image) -> bool:
-    """Whether a picture is the one before, but for what coding it again leaves."""
-    if cv2.norm(image, before, cv2.NORM_INF) > REPEATS_LEVELS:
-        return False
-    return cv2.norm(image, before, cv2.NORM_L1) <= REPEATS_MEAN * image.size
 
 
 def _distance(a: Float, b: Float) -> float:

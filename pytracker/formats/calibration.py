@@ -76,8 +76,8 @@ def size_of(path: Path | str, known: Mapping[str, Any]) -> tuple[int, int] | Non
     match known.get("size_px"):
         case None:
             return None
-        case [int(width), int(height)] if width > 0 and height > 0:
-            return width, height
+        case [int() | float() as width, int() | float() as height] if 1 <= width < 1e5 and 1 <= height < 1e5:
+            return round(width), round(height)
     raise InputError(f"{path}: size_px is {str(known['size_px'])[:80]}, expected width and height, px")
 
 

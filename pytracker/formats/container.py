@@ -75,7 +75,7 @@ def frames_of_avi(path: Path) -> AviFrames | None:
 
 @functools.lru_cache(maxsize=8)  # a file is probed by all who want to know its size
 def _frames_of_avi(path: Path, size: int, _: int) -> AviFrames | None:
-    count = empty = 0
+    count, empty, stream = 0, 0, b""
     with path.open("rb") as file:
         at = 0
         while at + 12 <= size:
@@ -83,12 +83,14 @@ def _frames_of_avi(path: Path, size: int, _: int) -> AviFrames | None:
             name, length, form = struct.unpack("<4sI4s", file.read(12))
             if name != b"RIFF" or form not in (b"AVI ", b"AVIX"):
                 break
-            end = size if length in UNKNOWN else min(at + 8 + length, size)
+            is_whole = length not in UNKNOWN and at + 8 + length <= size
+            end = at + 8 + length if is_whole else size
             for name, length, begins in _chunks(file, at + 12, end):
-                if not _is_name(name):
+                if not _is_name(name) or (is_whole and begins + 8 + length > end + 1):
                     return AviFrames(count, empty, begins)
                 if name[2:] in FRAMES:
-                    count, empty = count + 1, empty + (length == 0)
+                    stream = stream or name
+                    count, empty = count + (name == stream), empty + (name == stream and length == 0)
             at = end + end % 2
     return AviFrames(count, empty, None) if at else None
 
@@ -99,10 +101,12 @@ def _chunks(file: BinaryIO, at: int, end: int) -> Iterator[tuple[bytes, int, int
         file.seek(at)
         name, length, form = struct.unpack("<4sI4s", file.read(12).ljust(12, b"\0"))
         if not _is_name(name):
-            if _is_blank(file, at, end):
+            padded = _after_zeros(file, at, end)
+            if padded == at:
+                yield name, length, at
                 return
-            yield name, length, at
-            return
+            at = padded
+            continue
         if name == b"LIST" and form in LISTS:
             at += 12
             continue
@@ -114,19 +118,24 @@ def _chunks(file: BinaryIO, at: int, end: int) -> Iterator[tuple[bytes, int, int
         at = after if length % 2 and _is_name(bare) and after + 8 <= end else after + length % 2
 
 
-def _is_blank(file: BinaryIO, at: int, end: int) -> bool:
-    """Whether nothing but zeros is left, which some fill files up with."""
+def _after_zeros(file: BinaryIO, at: int, end: int) -> int:
+    """Where zeros end that a chunk follows, or nothing: some fill files up with them. The same place where none do."""
+    begin = at
     file.seek(at)
     while at < end and (block := file.read(min(1 << 20, end - at))):
-        if block.strip(b"\0"):
-            return False
-        at += len(block)
-    return True
+        left = block.lstrip(b"\0")
+        at += len(block) - len(left)
+        if left:
+            # A name begins at an even place.
+            at -= at % 2
+            file.seek(at)
+            return at if at > begin and _is_name(file.read(4)) else begin
+    return end
 
 
 def _is_name(name: bytes) -> bool:
-    """Whether it may name a chunk: four letters, digits or blanks."""
-    return len(name) == 4 and all(chr(byte).isascii() and (chr(byte).isalnum() or byte == 0x20) for byte in name)
+    """Whether it may name a chunk: four characters that can be printed."""
+    return len(name) == 4 and all(0x20 <= byte < 0x7F for byte in name)
 
 
 def _end_of_boxes(file: BinaryIO, size: int) -> int:

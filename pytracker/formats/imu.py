@@ -51,6 +51,8 @@ OTHER_GYROSCOPES: dict[str, Float] = {
 }
 LEAST_UNSTEADY = 0.25
 """Gravity that is as steady tells of no fault, m/s²: a sensor that lies still has less, whatever its gyroscope."""
+BIASED_UNSTEADY = 0.6
+"""A bias that matters leaves gravity no steadier than this, m/s²."""
 STEADIER = 0.4
 """Another gyroscope must leave gravity this much steadier."""
 
@@ -175,11 +177,18 @@ def orient(log: ImuLog) -> ImuLog:
 
 def _bias(log: ImuLog) -> tuple[Float, str]:
     """Of the gyroscope `(3,)`, rad/s, and in words what tells it."""
+    assert log.gyr is not None
     still = bias_at_rest(log)
     if still is not None:
         return still, "At rest the gyroscope reads"
     moving = bias_by_gravity(log)
     if np.linalg.norm(moving) < BY_GRAVITY:
+        return np.zeros(3), ""
+    without, beside = (
+        unsteadiness(dataclasses.replace(log, q_world_sensor=_by_vqf(log, log.gyr - bias, None)))
+        for bias in (np.zeros(3), moving)
+    )
+    if without < BIASED_UNSTEADY or beside > STEADIER * without:
         return np.zeros(3), ""
     return moving, "The sensor never lies still, and gravity stays where it is if the gyroscope is biased by"
 

@@ -28,11 +28,14 @@ EACH_S = 0.05
 """Samples are taken together over so long."""
 BY_GRAVITY = 0.15
 """What gravity tells is off by up to 0.07 on arms that move: less is left to VQF, rad/s."""
+LEAST_WINDOWS = 3
 LASTS_S = 1.0
 """How long an arm's own acceleration stays alike."""
-CLEAR = 1.2
-"""What is no larger beside its standard deviation is left alone; those are twice what it is off by on real data."""
-ROUNDS = 5
+TOLD = 0.25
+"""Along an axis that is known worse nothing is told, rad/s, standard deviation: four times what it was off by."""
+MOST = 1.0
+"""No gyroscope is biased by more, rad/s."""
+ROUNDS = 8
 """A bias is large beside what its effect is linear in."""
 
 
@@ -42,16 +45,29 @@ def bias_at_rest(log: ImuLog) -> Float | None:
     Who turns evenly reads evenly too, but not to the noise, nor the same each time.
     """
     assert log.gyr is not None
-    still = []
+    still, parts = [], []
     for part in at_rest(log):
         noise = np.median(np.abs(np.diff(log.gyr[part], n=2, axis=0)), axis=0) / (0.6745 * np.sqrt(6.0))
         if np.linalg.norm(log.gyr[part].std(axis=0)) <= max(LIES_STILL, TIMES_NOISE * float(np.linalg.norm(noise))):
             still.append(log.gyr[part].mean(axis=0))
-    if not still:
+            parts.append(part)
+    if len(still) < LEAST_WINDOWS:
         return None
     bias = np.median(still, axis=0)
     alike = np.linalg.norm(still - bias, axis=1) <= LIES_STILL
-    return np.asarray(bias) if alike.mean() >= MOST_ALIKE else None
+    return np.asarray(bias) if alike.mean() >= MOST_ALIKE and not _turns_by(log, parts, bias) else None
+
+
+def _turns_by(log: ImuLog, parts: list[slice], rate: Float) -> bool:
+    """Whether gravity turns in these parts as it does for who turns at a rate `(3,)`: then that is no bias."""
+    assert log.acc is not None
+    seen = expected = 0.0
+    for part in parts:
+        middle = (part.start + part.stop) // 2
+        before, after = log.acc[part.start : middle].mean(axis=0), log.acc[middle : part.stop].mean(axis=0)
+        turned = -np.cross(rate, 0.5 * (before + after)) * 0.5 * (log.time_s[part.stop - 1] - log.time_s[part.start])
+        seen, expected = seen + float((after - before) @ turned), expected + float(turned @ turned)
+    return seen > 0.5 * expected
 
 
 def bias_by_gravity(log: ImuLog) -> Float:
@@ -61,18 +77,18 @@ def bias_by_gravity(log: ImuLog) -> Float:
     averages out. A bias b turns it by phi(t) b, phi the integral of what turned it back: least squares over windows.
     About an axis that stays upright a bias turns nothing.
     """
-    bias, parts, told = np.zeros(3), _windows(log), np.zeros(3)
-    for _ in range(ROUNDS if parts else 0):
+    bias, parts = np.zeros(3), _windows(log)
+    for _ in range(ROUNDS if len(parts) >= LEAST_WINDOWS else 0):
         rows = [_window(log, a, b, bias) for a, b in parts]
         slopes, off = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
         weights, axes = np.linalg.eigh(slopes.T @ slopes)
         weights = np.maximum(weights, 1e-9)
-        bias = bias + axes @ (axes.T @ (slopes.T @ off) / weights)
         # What an arm does lasts for many samples: they are no more than so few.
         sds = np.sqrt(off.var() * LASTS_S / EACH_S / weights)
-        along = axes.T @ bias
-        told = axes @ np.where(np.abs(along) > CLEAR * sds, along, 0.0)
-    return np.asarray(told)
+        # An axis of which gravity hardly tells would run away along itself.
+        along = np.where(sds < TOLD, axes.T @ (slopes.T @ off), 0.0) / weights
+        bias = bias + axes @ along
+    return bias if np.linalg.norm(bias) <= MOST else np.zeros(3)
 
 
 def _windows(log: ImuLog) -> list[tuple[int, int]]:

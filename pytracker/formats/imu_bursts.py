@@ -18,6 +18,10 @@ PAUSES, FEW_PAUSES = 0.005, 3
 """So many intervals, as a share and at least, may be pauses."""
 LATE = 2.5
 """Of an even rate nothing is later than so many times the usual wait for a burst: else samples were lost."""
+AT_ONCE = 0.15
+"""Within a burst samples are no farther apart than so much of their even distance."""
+MOST_WAIT_S = 1.0
+"""No radio waits longer for what it sends at once."""
 PAUSE = 4.0
 """Whoever waits so many times as long pauses."""
 FEW = 20
@@ -40,9 +44,9 @@ def evened(log: ImuLog) -> ImuLog:
     Between longer pauses each stretch is put back on its own. Where some samples of one were lost, which has no even
     rate then, all times stay those of arrival.
     """
-    if not comes_in_bursts(log):
-        return log
     interval = np.diff(log.time_s)
+    if not comes_in_bursts(log) or (interval < 0).any():
+        return log
     usual, mean = float(np.median(interval)), float(interval.mean())
     words = (
         f"{log.path}: samples come in bursts (usual interval {usual:.6f} s, mean {mean:.6f} s), expected the times at "
@@ -50,11 +54,14 @@ def evened(log: ImuLog) -> ImuLog:
     )
     wait_s = float(np.median(interval[interval > BURSTS * usual]))
     ends = [0, *(np.flatnonzero(interval > PAUSE * wait_s) + 1), len(log.time_s)]
-    put = [_evenly(log.time_s[a:b], wait_s) for a, b in itertools.pairwise(ends)]
+    put = [_evenly(log.time_s[a:b], wait_s) for a, b in itertools.pairwise(ends)] if wait_s <= MOST_WAIT_S else []
     time_s = np.concatenate([np.empty(0), *(part for part in put if part is not None)])
-    if len(time_s) < len(log.time_s) or not (np.diff(time_s) > 0).all():
+    even_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    # A sensor that measures now and then, at true times, has its own period within.
+    is_even = len(time_s) == len(log.time_s) and usual <= AT_ONCE * even_s and (np.diff(time_s) > 0).all()
+    if not is_even:
         return dataclasses.replace(log, warnings=(*log.warnings, words))
-    rate_hz = 1.0 / float(np.median(np.diff(time_s)))
+    rate_hz = 1.0 / even_s
     return dataclasses.replace(
         log, time_s=time_s, warnings=(*log.warnings, f"{words}: they are put at an even {rate_hz:.4g} Hz")
     )

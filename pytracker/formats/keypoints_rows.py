@@ -30,6 +30,7 @@ TIME = re.compile(
 )
 """A column of their times."""
 OF_DAY = re.compile(r"(?:(\d+):)?(\d+):(\d+(?:\.\d+)?)")
+MOST_FRAMES = 100_000_000
 UNITS_S = ((0.5, 1.0), (500.0, 1e-3), (5e5, 1e-6), (np.inf, 1e-9))
 """Frames that are less than so far apart are in this unit, s: no detector is slower than two a second."""
 SAID_S = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -55,20 +56,22 @@ class Rows:
 def rows_of(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], others: Sequence[int]) -> Rows:
     """By whichever of the columns says it; `others` are those that hold no keypoints. Raises `InputError`."""
     names = [name.lower() for name in header]
+    # What is the same in all rows counts none: how many frames there are, or one picture's name.
     columns = {k: [row[k] for row in rows] for k in others}
-    first = next(iter(columns.values()), [])
-    counting = [k for k in others if FRAME.fullmatch(names[k])] + [k for k in others if PICTURE.search(columns[k][0])]
-    if not counting and 0 in columns and names[0] in INDEX and _increases(first):
+    columns = {k: column for k, column in columns.items() if len(rows) < 2 or len(set(column)) > 1}
+    timing = next((k for k in columns if TIME.fullmatch(names[k])), None)
+    counting = [k for k in columns if FRAME.fullmatch(names[k])]
+    counting += [k for k in columns if any(PICTURE.search(cell) for cell in columns[k][:1])]
+    if not counting and timing is None and 0 in columns and names[0] in INDEX and _increases(columns[0]):
         counting = [0]
     if counting:
         return Rows(frames_of(path, columns[counting[0]]))
     by_row = np.arange(len(rows), dtype=np.int64)
-    timing = next((k for k in others if TIME.fullmatch(names[k])), None)
     if timing is not None:
         said, column = TIME.fullmatch(names[timing]), columns[timing]
         unit = "s" if any(OF_DAY.fullmatch(cell) for cell in column) else said and said["unit"]
         return Rows(by_row, *_times(path, np.array([_number(cell) for cell in column]), SAID_S.get(unit or "")))
-    unknown = [header[k] or f"column {k + 1}" for k in others if len(rows) > 1 and _increases(columns[k])]
+    unknown = [header[k] or f"column {k + 1}" for k in columns if len(rows) > 1 and _increases(columns[k])]
     words = f"{path}: {', '.join(unknown)[:120]} says nothing that is known, expected frame or time_s: rows are counted"
     return Rows(by_row, None, (words,) if unknown else ())
 
@@ -83,7 +86,7 @@ def frames_of(path: Path, column: Sequence[str]) -> Numbers:
     found = np.array([_number(cell) for cell in column])
     if not np.isfinite(found).any():
         found = _in_names(column)
-    is_whole = np.isfinite(found) & (found == np.rint(found)) & (found >= 0)
+    is_whole = np.isfinite(found) & (found == np.rint(found)) & (found >= 0) & (found <= MOST_FRAMES)
     is_next = np.concatenate([is_whole[:1], is_whole[1:] & (np.diff(found) > 0)])
     if not is_next.all():
         k = int(np.argmin(is_next))

@@ -15,6 +15,10 @@ __all__ = ["Markers", "check_times", "without_fillers"]
 SLOWEST_S = 0.5
 """No cameras take fewer pictures."""
 RATE_TOLERANCE = 0.05
+FARTHEST_M = 9.0
+"""No camera sees a person's marker farther off, along all three axes alike."""
+JUMP_M = 0.05
+"""Nothing goes farther from row to row."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,16 +44,20 @@ class Markers:
 
 
 def without_fillers(points: Array) -> Array:
-    """Places `(T, 3)` without rows of one number thrice, such as 0 or -9999, again and again: nothing was seen there.
+    """Places `(T, 3)` without rows that say "not seen": (0, 0, 0), or one far number thrice such as -9999 mm.
 
-    A joint that is the world's origin is there in all of its rows.
+    A joint may lie in the world's origin: zeros are places where the rows before or after them lead there.
     """
-    is_alike = (points[:, :1] == points).all(axis=1)
-    values, counts = np.unique(points[is_alike, 0], return_counts=True)
-    fillers = [value for value, count in zip(values, counts, strict=True) if value == 0 or count > 1]
-    is_filler = is_alike & np.isin(points[:, 0], fillers)
-    is_all = (is_filler | np.isnan(points).any(axis=1)).all()
-    return points if is_all else np.where(is_filler[:, None], np.nan, points)
+    far = np.abs(points[:, 0]) > FARTHEST_M
+    is_filler = (points[:, :1] == points).all(axis=1) & (far | (points[:, 0] == 0))
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], is_filler, [False]])))
+    out = points.copy()
+    for first, after in zip(ends[::2], ends[1::2], strict=True):
+        beside = [k for k in (first - 1, after) if 0 <= k < len(points)]
+        steps = np.linalg.norm(points[beside] - points[first], axis=1)
+        if far[first] or ((np.nan_to_num(steps, nan=np.inf) > JUMP_M).all() and beside):
+            out[first:after] = np.nan
+    return out
 
 
 def check_times(path: Path, markers: Markers) -> tuple[str, ...]:

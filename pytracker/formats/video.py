@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.container import frames_of_avi, missing_bytes
 
-__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "probe"]
+__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "lacks", "probe"]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
@@ -36,6 +36,8 @@ TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
 
 
+FEW_LACKING = 2
+"""Encoders keep a frame or two back."""
 MOST_FRAMES = 100_000_000
 """A header that says more was never finished."""
 
@@ -107,7 +109,7 @@ def probe(path: Path) -> VideoInfo:
                 "expected a whole file: it is cut short"
             )
         count, avi = _promised(path, capture), frames_of_avi(path)
-        if avi is not None and 0 < avi.count < count:
+        if avi is not None and 0 < avi.count < TRUNCATED_SHARE * count:
             raise InputError(
                 f"{path}: its header says {count} frames and {avi.count} are there: it is cut short, or frames are "
                 "missing within; expected a whole file"
@@ -131,7 +133,19 @@ def _promised(path: Path, capture: cv2.VideoCapture) -> int:
             f"{path}: is damaged at byte {avi.broken_at} of {path.stat().st_size}: no frame is found there, and those "
             "after would come too early; expected a whole file: copy or export it again"
         )
-    return said if avi.count < said < MOST_FRAMES else avi.count - avi.empty
+    return said if avi.count < TRUNCATED_SHARE * said and said < MOST_FRAMES else avi.count - avi.empty
+
+
+def lacks(path: Path) -> str:
+    """In words how many frames an AVI's header says that are not there; empty where none are lacking."""
+    capture = _open(path)
+    said, avi = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), frames_of_avi(path)
+    capture.release()
+    if avi is None or not 0 < avi.count < said - FEW_LACKING or said >= MOST_FRAMES:
+        return ""
+    return (
+        f"its header says {said} frames and {avi.count} are there: where some are missing within, all after come early"
+    )
 
 
 def frames(path: Path | str) -> Iterator[Frame]:

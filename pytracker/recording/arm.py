@@ -203,8 +203,7 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
     warnings = []
     for view in views:
         assert view.video is not None
-        if moves := camera_moves(view.video):
-            warnings.append(f"{view.video}: {moves}")
+        warnings += [f"{view.video}: {odd}" for odd in (camera_moves(view.video), video.lacks(view.video)) if odd]
         info = video.probe(view.video)
         start = view.start_s
         # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.

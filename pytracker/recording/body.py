@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats import video
 from pytracker.formats.asf import read_asf
 from pytracker.formats.imu import files_of_imu
 from pytracker.formats.toml_file import parse_toml
@@ -120,8 +121,8 @@ def _detected(folder: Path, named: str | None, view: BodyView) -> tuple[BodyView
 def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
     """Words on a camera that moves, one whose focal length is guessed of a cut picture, and one of another size."""
     words = []
-    if view.video is not None and (moves := camera_moves(view.video)):
-        words.append(f"{view.video}: {moves}")
+    if view.video is not None:
+        words += [f"{view.video}: {odd}" for odd in (camera_moves(view.video), video.lacks(view.video)) if odd]
     width, height = view.size_px
     if focal_sd >= GUESSED and max(width, height) <= SQUARE * min(width, height):
         words.append(

@@ -115,6 +115,8 @@ def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
     frames, odd = frames_in(path, keypoints, video, info)
     # Of some frames the video has no picture.
     points, frames = keypoints.points[frames >= 0], frames[frames >= 0]
+    if not len(frames):
+        raise InputError(f"{path}: none of its {len(keypoints.frames)} rows is of a frame that {video} has")
     if keypoints.is_share:
         points[..., :2] = points[..., :2] * [info.width, info.height] - 0.5
     seen = points[np.isfinite(points[..., 0])]
