@@ -317,9 +317,12 @@ def test_a_calibration_is_of_pictures_of_a_size(
 ) -> None:
     """At another size it was taken as it is: 8.6 cm, all valid."""
     known = tmp_path / "camera.toml"
-    known.write_text(f"size_px = {size}\n" + "\n".join(FORMER.splitlines()[5:9]), "utf-8")
+    box = "patch_box = [600, 400, 30, 30]\n"
+    known.write_text(f"{box}size_px = {size}\n" + "\n".join(FORMER.splitlines()[5:9]), "utf-8")
     if expected.startswith("matrix"):
-        assert expected in begun(simulated, tmp_path / "new", known)
+        text = begun(simulated, tmp_path / "new", known)
+        assert expected in text
+        assert (box in text) == ("scaled" not in expected)
     else:
         with pytest.raises(pt.InputError, match=expected):
             begun(simulated, tmp_path / "new", known)

@@ -19,7 +19,7 @@ UNITS_M = {
 
 
 def read_c3d(path: Path | str) -> Markers:
-    """Read it; a point with a negative residual, or at (0, 0, 0), was not seen. Raises `InputError`."""
+    """Read it; a point with a negative residual, or that jumps to (0, 0, 0), was not seen. Raises `InputError`."""
     path = Path(path)
     if not path.is_file():
         raise InputError(f"{path}: no such file")

@@ -89,7 +89,7 @@ def _arrays(path: Path) -> dict[str, Array]:
         raise InputError(f"{path}: reading MATLAB's files needs SciPy: pip install 'pytracker[mat]'") from None
     try:
         found = loadmat(path)
-    except NotImplementedError:
+    except NotImplementedError:  # SciPy's word for version 7.3, which is HDF5
         raise InputError(f"{path}: is a MATLAB 7.3 file, expected version 5 to 7: save it with -v7") from None
     except (
         OSError,

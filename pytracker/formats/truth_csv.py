@@ -1,6 +1,6 @@
 """Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`.
 
-A gap is an empty cell, or (0, 0, 0) where the joint is elsewhere at times.
+A gap is an empty cell, or (0, 0, 0) where no row before or after leads there.
 """
 
 from __future__ import annotations

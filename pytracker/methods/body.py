@@ -80,7 +80,7 @@ class BodyMethod(Method):
     @property
     def cues(self) -> tuple[str, ...]:
         """What it weighs by, where a frame has it."""
-        raise NotImplementedError(type(self).__name__)
+        raise NotImplementedError(type(self).__name__)  # every method says its own
 
     @property
     def channels(self) -> tuple[str, ...]:

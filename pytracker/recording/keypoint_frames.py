@@ -40,19 +40,17 @@ def frames_in(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
 def _by_times(
     path: Path, keypoints: Keypoints, time_s: Array, video: Path, info: VideoInfo
 ) -> tuple[Numbers, tuple[str, ...]]:
-    there = bool(info.frame_count) and video.is_file()
+    there, by_rate = bool(info.frame_count) and video.is_file(), _of_rate(time_s, info)
     # Matroska's rate is a word, its frames' times are their own.
-    steady = None if there and is_ebml(video) else _of_rate(time_s, info)
-    if steady is not None:
-        return steady, keypoints.warnings
+    if by_rate is not None and not (there and is_ebml(video)):
+        return by_rate, keypoints.warnings
     nearest = _nearest(time_s, frame_times(video) if there else _ideal(time_s, info))
     if nearest is not None:
         return nearest, keypoints.warnings
     if len(keypoints.frames) == info.frame_count:
         return keypoints.frames, ()
-    steady = _of_rate(time_s, info)
-    if steady is not None:
-        return steady, keypoints.warnings
+    if by_rate is not None:
+        return by_rate, keypoints.warnings
     words = (
         f"{path}: its times, from {time_s[0]:.3f} to {time_s[-1]:.3f} s, are not those of frames of a video of "
         f"{info.rate_hz:g} Hz: its rows are counted as frames instead"

@@ -69,4 +69,5 @@ def _scaled(path: Path | str, known: dict[str, Any], size: tuple[int, int], vide
     except (TypeError, ValueError):
         return known, ""  # said where it is loaded
     words = f"scaled from {size[0]} x {size[1]} px, as if the whole picture was: where it was cut, calibrate anew"
+    known.pop("patch_box", None)  # in the other pixels: check finds it
     return known | {"matrix": matrix}, words
