@@ -8,6 +8,7 @@ use pytracker::body::cues::limits::Limits;
 use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationParameters, Segment};
 use pytracker::body::cues::outline::Outline;
 use pytracker::body::cues::penetration::Penetration;
+use pytracker::body::cues::posture::{Posture, PostureParameters};
 use pytracker::body::cues::region::{Region, RegionParameters, Regions};
 use pytracker::body::weighing::{Cue, Weighing};
 use pytracker::body::{BodyMethod, CueName, Figure, FilterMethod, Group, ParticleMethod, Picture};
@@ -150,6 +151,34 @@ fn a_lifted_arm_costs_effort() {
         Effort { groups: &[Group::RightArm], parameters: EffortParameters { loss: 2.0 } },
     );
     assert!(other.iter().all(|x| (x - 2.0).abs() < 1e-12));
+}
+
+/// Arms are held before the body, not behind it: reaching forwards, out to the side, and backwards.
+#[test]
+fn people_reach_forwards() {
+    let figure = figure(&[7]);
+    let posture = |group: &'static [Group], weight| Posture { groups: group, parameters: PostureParameters { weight } };
+    let found = lost(&figure, &[-1.2, 0.0, 1.2], posture(&[Group::LeftArm], 1.0));
+    assert!(found.iter().all(|loss| *loss >= 0.0));
+    assert!(found[0] + 0.5 < found[2] && found[1] + 0.5 < found[2], "{found:?}");
+    // In proportion to its weight; and the other arm stays where it is.
+    let half = lost(&figure, &[-1.2, 0.0, 1.2], posture(&[Group::LeftArm], 0.5));
+    assert!(found.iter().zip(&half).all(|(whole, half)| (whole - 2.0 * half).abs() < 1e-12));
+    let other = lost(&figure, &[-1.2, 0.0, 1.2], posture(&[Group::RightArm], 1.0));
+    assert!(other.iter().all(|loss| (loss - other[0]).abs() < 1e-12));
+}
+
+/// Either arm is the other's mirror image, and a body that is turned and moved as a whole holds its arms as before.
+#[test]
+fn a_posture_is_seen_from_the_trunk() {
+    let cue = |group: &'static [Group]| Posture { groups: group, parameters: PostureParameters { weight: 1.0 } };
+    // Turns of the left shoulder, and those of the right one that mirror them.
+    let (left, right) = (figure(&[6, 7, 8]), figure(&[10, 11, 12]));
+    let of_left = lost(&left, &[0.3, -0.8, -0.5], cue(&[Group::LeftArm]));
+    let of_right = lost(&right, &[0.3, 0.8, 0.5], cue(&[Group::RightArm]));
+    assert!((of_left[0] - of_right[0]).abs() < 1e-9, "{of_left:?} {of_right:?}");
+    let turned = lost(&figure(&[0, 3, 4, 5]), &[0.0, 0.0, 0.0, 0.0, 0.7, 0.4, -0.9, 0.3], cue(&ALL));
+    assert!((turned[0] - turned[1]).abs() < 1e-9);
 }
 
 /// Points of the pose with every angle 0, 3 px off at most.

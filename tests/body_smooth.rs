@@ -12,8 +12,9 @@ use pytracker::body::cues::effort::{Effort, EffortParameters};
 use pytracker::body::cues::keypoints::{Keypoint, KeypointDistance, Person};
 use pytracker::body::cues::limits::Limits;
 use pytracker::body::cues::orientation::{Orientation, OrientationDistance, OrientationParameters, Segment};
+use pytracker::body::cues::posture::{Posture, PostureParameters};
 use pytracker::body::sloped::{Rows, Sloped};
-use pytracker::body::weighing::Cue;
+use pytracker::body::weighing::{Cue, Weighing};
 use pytracker::body::{BodyMethod, CueName, Figure, FilterMethod, Group, Momentum, ParticleMethod, Picture};
 use pytracker::particles::ParticleSet;
 use pytracker::{Error, Estimate, Smoothing, Tracker};
@@ -69,6 +70,28 @@ proptest! {
             }
         }
         prop_assert_eq!(told, cues.len());
+    }
+
+    /// The square of what a posture tells is twice what it takes from particles, and falls as its slope says, as root and arm turn.
+    #[test]
+    fn a_posture_is_the_square_of_a_number(state in prop::array::uniform7(-1.0_f64..1.0)) {
+        let figure = figure(&[3, 4, 5, 6, 7, 8, 9]);
+        let cue = Posture { groups: &[Group::LeftArm], parameters: PostureParameters { weight: 0.7 } };
+        let at = |d: usize, by: f64| {
+            let mut moved = state;
+            moved[d] += by;
+            linearised(&figure, &cue, &moved).unwrap()
+        };
+        let (residual, slope) = at(0, 0.0);
+        for d in 0..state.len() {
+            let found = (at(d, -1e-6).0[0] - at(d, 1e-6).0[0]) / 2e-6;
+            prop_assert!((found - slope[(0, d)]).abs() < 1e-4 * (1.0 + slope.amax()), "{found} {}", slope[(0, d)]);
+        }
+        let set = ParticleSet::from_rows(7, &state).unwrap();
+        let projection = projection();
+        let weighing = Weighing { figure: &figure, projection: &projection, cues: vec![Box::new(cue)], bounds: vec![], blend: SUM };
+        let lost = weighing.losses(&set)[0][0];
+        prop_assert!((0.5 * residual[0].powi(2) - lost).abs() < 1e-9 + 0.7e-3, "{} {lost}", residual[0]);
     }
 
     /// The roll is the last of four rows: the angle between the sensor's elbow axis and the arm's, and its slope.

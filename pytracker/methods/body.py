@@ -28,8 +28,8 @@ ALL = ("torso", "left_arm", "right_arm")
 PAPER = ("edges", "blobs")
 """What Li & Kulić weigh by."""
 
-BASIC = (*PAPER, "regions", "keypoints", "orientation", "effort", "limits")
-OWN = ("edges", "regions", "keypoints", "orientation", "effort", "limits")
+BASIC = (*PAPER, "regions", "keypoints", "orientation", "effort", "posture", "limits")
+OWN = ("edges", "regions", "keypoints", "orientation", "effort", "posture", "limits")
 """What our own methods weigh by: of folded arms the middle of a blob is no hand, their skin tells as a region."""
 
 BodyLayer = tuple[tuple[tuple[str, ...], float], tuple[str, ...], tuple[str, float]]
@@ -53,6 +53,8 @@ class BodyMethod(Method):
         orientation_inflation: how many times its spread the orientation of a sensor has.
         effort_loss: log-likelihood lost by an upper arm that is held out level, twice as much overhead, nothing where
             it hangs: one camera hardly tells whether an arm leans towards it (paper: 0).
+        posture_weight: share of the log-density of how people hold their arms, learned from captured motion; it counts
+            once for every time in which a posture is forgotten (paper: 0).
         balance: of how far arms reach towards the camera, so much the trunk gives way, as who stands does (the
             shoulders of people who do exercises by 0.17 and 0.25); put it to 0 for who sits. It needs to know how far
             they reach (else: 0).
@@ -69,6 +71,7 @@ class BodyMethod(Method):
     keypoint_reach: float = 4.0
     orientation_inflation: float = 2.0
     effort_loss: float = 0.0
+    posture_weight: float = 0.0
     balance: float = 0.0
     crown_m: float = 0.0
     free: tuple[str, ...] = ()
@@ -104,10 +107,10 @@ class BodyParticleMethod(BodyMethod):
         layers: (mover, cues, blend), applied in order. A mover is (groups, share of the diffusion): groups are `torso`,
             `left_arm`, `right_arm`; they diffuse, and their parts, blobs and points weigh. Cues are what weighs, where
             a frame has it: `edges` (Li & Kulić eq. 4), `blobs` (its distance cue), `regions` (skin and foreground),
-            `keypoints`, `orientation` (of sensors on the arms), `effort` (upper arms against gravity), `limits` (of
-            joints, softly), `penetration` (elbows and hands inside the torso, paper IV-C1). A blend is (name, share of
-            the sharpness): `sum`, losses of the cues added up; `rescaled`, the paper's, of edges and blobs: distances
-            stretched over the set, `A^-d`, a weighted product.
+            `keypoints`, `orientation` (of sensors on the arms), `effort` (upper arms against gravity), `posture` (arms
+            as people hold them), `limits` (of joints, softly), `penetration` (elbows and hands inside the torso, paper
+            IV-C1). A blend is (name, share of the sharpness): `sum`, losses of the cues added up; `rescaled`, the
+            paper's, of edges and blobs: distances stretched over the set, `A^-d`, a weighted product.
         sharpness: `A` of the blend `rescaled`, above 1; the paper gives none.
         alpha: weight of the edge cue there, 0 to 2; the distance cue has the rest (paper: 1).
         adapt: how far alpha follows what each cue tells apart in a frame, 0 (the paper) to 1.
@@ -182,6 +185,7 @@ class _Doubting(BodyMethod):
     unseen_lean_sd_rad: float = 0.17
     unseen_turn_sd_rad: float = 0.17
     effort_loss: float = 1.25
+    posture_weight: float = 1.0
     crown_m: float = 0.05
 
 
@@ -264,11 +268,12 @@ class BodyMixture(_Momentum):
 
     Attributes:
         corrections: what corrects it, all at once, where a frame has it: `keypoints`, `orientation` (of sensors on the
-            arms), `effort` (upper arms against gravity), `limits` (of joints, softly).
+            arms), `effort` (upper arms against gravity), `posture` (arms as people hold them), `limits` (of joints,
+            softly).
         components: how many Gaussians are kept; one is an iterated extended Kalman filter.
     """
 
-    corrections: tuple[str, ...] = ("keypoints", "orientation", "effort", "limits")
+    corrections: tuple[str, ...] = ("keypoints", "orientation", "effort", "posture", "limits")
     components: int = 12
     balance: float = 0.12
 

@@ -23,7 +23,7 @@ from pytracker.output import whole_folder
 from pytracker.recording.camera import Camera
 from pytracker.recording.worn import ARM_SEGMENTS
 from pytracker.rotation import Array
-from pytracker.simulate.arm_script import arm_script
+from pytracker.simulate.arm_script import MOVEMENTS, arm_script
 from pytracker.simulate.body_senses import write_imu, write_keypoints
 from pytracker.simulate.kinds import check_kind
 from pytracker.simulate.person import Clothes, Painter
@@ -41,6 +41,7 @@ POINT_PAIRS = 35
 """As many as Li & Kulić fitted their projection to."""
 POINT_NOISE_PX = 0.3
 SECONDS_MOST = 600.0
+MOVES = ("any", *MOVEMENTS)
 
 CLOTHES = (
     Clothes((140, 85, 45), (45, 40, 38)),
@@ -60,7 +61,10 @@ class BodyScene:
         duration_s: length, s; a motion that is shorter ends the recording.
         frame_rate_hz: camera rate, Hz.
         height_m: the person's height, where the package's own skeleton is used, m.
-        pace_s: how often an arm changes its pose in the built-in motion, s.
+        movement: of the built-in motion: `any` (arms go anywhere, each by itself), `waving`, `reaching`, `bending`,
+            `crossing` (of the arms) or `meeting` (of the hands).
+        pace_s: how often an arm changes its pose in it, s.
+        turned_deg: how far the person is turned to their left in it.
         skeleton: an ASF to use instead; with `motion`.
         motion: an AMC at 120 Hz to use instead.
         first_frame: first frame of that motion, from 0.
@@ -76,7 +80,9 @@ class BodyScene:
     duration_s: float = 8.0
     frame_rate_hz: float = 30.0
     height_m: float = 1.75
+    movement: str = "any"
     pace_s: float = 1.1
+    turned_deg: float = 0.0
     skeleton: str = ""
     motion: str = ""
     first_frame: int = 0
@@ -100,6 +106,8 @@ class BodyScene:
             ("frame_rate_hz", finite and 1 <= self.frame_rate_hz <= MOTION_RATE_HZ, "1 to 120 Hz"),
             ("height_m", finite and 0.5 <= self.height_m <= 2.5, "0.5 to 2.5 m"),
             ("pace_s", finite and self.pace_s > 0.1, "above 0.1 s"),
+            ("movement", self.movement in MOVES, f"of: {', '.join(MOVES)}"),
+            ("turned_deg", -90 <= self.turned_deg <= 90, "-90° to 90°"),
             ("motion", bool(self.motion) == bool(self.skeleton), "both a skeleton and a motion, or neither"),
             ("first_frame", self.first_frame >= 0, "0 or more"),
             ("clothes", -1 <= self.clothes < len(CLOTHES), f"-1 to {len(CLOTHES) - 1}"),
@@ -172,7 +180,9 @@ def _motion(scene: BodyScene, rng: np.random.Generator) -> tuple[Skeleton, Array
     skeleton = average_skeleton(scene.height_m)
     time_s = np.arange(count) / MOTION_RATE_HZ
     # Hip joint to the floor, as the skeleton's legs are long.
-    return skeleton, arm_script(skeleton, time_s, 0.53 * scene.height_m, scene.pace_s, rng)
+    height = 0.53 * scene.height_m
+    poses = arm_script(skeleton, time_s, height, scene.pace_s, rng, scene.movement, scene.turned_deg)
+    return skeleton, poses
 
 
 def camera_before(root: Array, distance_m: float) -> Camera:

@@ -28,8 +28,8 @@ TRACKERS: Mapping[str, Callable[..., ArmTrack | BodyTrack]] = {"arm": track_arm,
 def default_method(recording: Recording) -> Method:
     """The best for a recording that is there as a whole.
 
-    A body is smoothed where keypoints of its arms or sensors say where its joints are: skin and outlines alone gain
-    little by it.
+    All are smoothed, but for a body whose picture shows arms that its keypoints leave out: smoothed is where a detector
+    saw somebody.
     Where keypoints show that the person comes nearer or goes farther off, the distance is tracked too.
     """
     raise NotImplementedError(f"a method for a {type(recording).__name__}")
@@ -43,10 +43,8 @@ def _(recording: ArmRecording) -> Method:
 @default_method.register
 def _(recording: BodyRecording) -> Method:
     keypoints = recording.view.keypoints
-    is_told = bool(recording.imus) or (
-        keypoints is not None and (arms_are_seen(keypoints) or not recording.has_picture)
-    )
-    method = BodySmooth if is_told else Partitioned
+    leaves_arms_out = keypoints is not None and not recording.imus and not arms_are_seen(keypoints)
+    method = Partitioned if leaves_arms_out and recording.has_picture else BodySmooth
     return method(free=(*UPPER_BODY, "root_tz")) if distance_changes(recording) else method()
 
 

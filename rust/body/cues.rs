@@ -9,6 +9,7 @@
 //! | [`keypoints`] | joints against a detector's points in the picture |
 //! | [`orientation`] | upper arms and forearms against inertial sensors |
 //! | [`effort`] | upper arms against gravity |
+//! | [`posture`] | arms against how people hold them |
 //! | [`limits`] | angles against the limits of joints |
 //! | [`penetration`] | elbows and hands against the torso (paper IV-C1) |
 
@@ -19,6 +20,8 @@ pub mod limits;
 pub mod orientation;
 pub mod outline;
 pub mod penetration;
+pub mod posture;
+mod posture_table;
 pub mod region;
 
 use self::blobs::{BlobDistance, BlobParameters, Scale};
@@ -28,6 +31,7 @@ use self::limits::Limits;
 use self::orientation::{Orientation, OrientationDistance, OrientationParameters};
 use self::outline::{Outline, OutlineParameters};
 use self::penetration::Penetration;
+use self::posture::{Posture, PostureParameters};
 use self::region::{Region, RegionParameters, Regions};
 use super::edges::EdgeImage;
 use super::figure::Figure;
@@ -56,6 +60,8 @@ pub enum CueName {
     Orientation,
     /// [`effort`].
     Effort,
+    /// [`posture`].
+    Posture,
     /// [`limits`].
     Limits,
     /// [`penetration`].
@@ -68,7 +74,7 @@ impl CueName {
     /// # Errors
     /// [`Error::UnknownName`].
     pub fn from_name(name: &str) -> Result<Self> {
-        let known = "edges, blobs, regions, keypoints, orientation, effort, limits, penetration";
+        let known = "edges, blobs, regions, keypoints, orientation, effort, posture, limits, penetration";
         match name {
             "edges" => Ok(Self::Edges),
             "blobs" => Ok(Self::Blobs),
@@ -76,6 +82,7 @@ impl CueName {
             "keypoints" => Ok(Self::Keypoints),
             "orientation" => Ok(Self::Orientation),
             "effort" => Ok(Self::Effort),
+            "posture" => Ok(Self::Posture),
             "limits" => Ok(Self::Limits),
             "penetration" => Ok(Self::Penetration),
             _ => Err(Error::UnknownName { what: "cue", name: name.into(), known }),
@@ -87,15 +94,19 @@ impl CueName {
     /// # Errors
     /// [`Error::UnknownName`].
     pub fn smooth_from_name(name: &str) -> Result<Self> {
-        let known = "keypoints, orientation, effort, limits";
+        let known = "keypoints, orientation, effort, posture, limits";
         let cue = Self::from_name(name).ok();
-        let is_smooth = |cue: &Self| matches!(cue, Self::Keypoints | Self::Orientation | Self::Effort | Self::Limits);
-        cue.filter(is_smooth).ok_or_else(|| Error::UnknownName { what: "correction", name: name.into(), known })
+        let smooth = [Self::Keypoints, Self::Orientation, Self::Effort, Self::Posture, Self::Limits];
+        cue.filter(|cue| smooth.contains(cue)).ok_or_else(|| Error::UnknownName {
+            what: "correction",
+            name: name.into(),
+            known,
+        })
     }
 }
 
 /// What a body can do at all, whatever is seen.
-pub(super) const BOUNDS: [CueName; 3] = [CueName::Effort, CueName::Limits, CueName::Penetration];
+pub(super) const BOUNDS: [CueName; 4] = [CueName::Effort, CueName::Posture, CueName::Limits, CueName::Penetration];
 
 /// How much each of them counts, where a method chooses that.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -112,6 +123,8 @@ pub struct CueParameters {
     pub orientation: OrientationParameters,
     /// Of [`effort`].
     pub effort: EffortParameters,
+    /// Of [`posture`].
+    pub posture: PostureParameters,
 }
 
 impl CueParameters {
@@ -127,6 +140,7 @@ impl CueParameters {
             keypoints: KeypointParameters::read(from)?,
             orientation: OrientationParameters::read(from)?,
             effort: EffortParameters::read(from)?,
+            posture: PostureParameters::read(from)?,
         })
     }
 
@@ -142,6 +156,7 @@ impl CueParameters {
             keypoints: KeypointParameters::read(from)?,
             orientation: OrientationParameters::read(from)?,
             effort: EffortParameters::read(from)?,
+            posture: PostureParameters::read(from)?,
         })
     }
 
@@ -155,7 +170,8 @@ impl CueParameters {
         self.regions.check()?;
         self.keypoints.check()?;
         self.orientation.check()?;
-        self.effort.check()
+        self.effort.check()?;
+        self.posture.check()
     }
 }
 
@@ -299,6 +315,7 @@ impl<'a> Frame<'a> {
                 parameters: cue_parameters.orientation,
             }),
             CueName::Effort => Box::new(Effort { groups, parameters: cue_parameters.effort }),
+            CueName::Posture => Box::new(Posture { groups, parameters: cue_parameters.posture }),
             CueName::Limits => Box::new(Limits),
             CueName::Penetration => Box::new(Penetration),
         })

@@ -106,6 +106,8 @@ pub struct MixtureMethod {
 
 /// No spread is larger.
 const MOST: f64 = 1e6;
+/// Particles forget within it how an arm was held, s (chosen on clips of people and on simulated ones, of 60 and 30 frames/s).
+const FORGOTTEN_S: f64 = 1.0 / 15.0;
 
 impl BodyLayer {
     /// All groups by these cues.
@@ -133,7 +135,7 @@ impl BodyLayer {
         Err(Error::UnknownName {
             what: "list of cues that are rescaled",
             name: format!("{:?}", self.cues).to_lowercase(),
-            known: "edges, blobs, and of effort, limits and penetration what is wanted",
+            known: "edges, blobs, and of effort, posture, limits and penetration what is wanted",
         })
     }
 }
@@ -197,7 +199,16 @@ impl BodyMethod {
     /// The same, for frames `every_s` apart, of which those within `lasts_s` together say once what speaks against a posture.
     pub(super) fn for_postures(&self, every_s: f64, lasts_s: f64) -> Self {
         let mut method = self.clone();
-        method.cue_parameters.effort.loss *= (every_s / lasts_s).min(1.0);
+        let share = (every_s / lasts_s).min(1.0);
+        method.cue_parameters.effort.loss *= share;
+        method.cue_parameters.posture.weight *= share;
+        method
+    }
+
+    /// The same, for particles `elapsed_s` after the last frame, which forget soon what a posture is worth: it is said again.
+    pub(super) fn for_particles(&self, elapsed_s: f64) -> Self {
+        let mut method = self.clone();
+        method.cue_parameters.posture.weight *= (elapsed_s / FORGOTTEN_S).min(1.0);
         method
     }
 

@@ -68,7 +68,9 @@ impl BodyParticles {
     /// [`crate::Error::AllWeightsZero`].
     pub(super) fn update(&mut self, moment: &Moment<'_>, recorder: Option<&mut dyn Recorder>) -> Result<Estimate> {
         let Self { method, islands, assignments, by_outlines, kept } = self;
-        let Moment { figure, projection, time_s, since_s, .. } = *moment;
+        let for_particles = moment.method.for_particles(moment.elapsed_s);
+        let moment = Moment { method: &for_particles, ..*moment };
+        let Moment { figure, projection, time_s, since_s, .. } = moment;
         let posteriors = islands.each(assignments, recorder, |filter, assignment, recorder| {
             moment.update(method, filter, assignment, recorder)
         })?;

@@ -149,7 +149,7 @@ impl Trajectory<'_> {
     /// # Errors
     /// What cannot be linearised there.
     pub fn implausibility(&self, at: &[DVector<f64>], alike: f64) -> Result<f64> {
-        let priors = [CueName::Effort, CueName::Limits];
+        let priors = [CueName::Effort, CueName::Posture, CueName::Limits];
         let layer = self.body.layer;
         let cues = layer.cues.iter().copied().filter(|cue| priors.contains(cue)).collect();
         let unseen = BodyLayer { cues, ..layer.clone() };

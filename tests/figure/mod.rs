@@ -8,6 +8,7 @@ use pytracker::body::cues::effort::EffortParameters;
 use pytracker::body::cues::keypoints::KeypointParameters;
 use pytracker::body::cues::orientation::OrientationParameters;
 use pytracker::body::cues::outline::OutlineParameters;
+use pytracker::body::cues::posture::PostureParameters;
 use pytracker::body::cues::region::RegionParameters;
 use pytracker::body::edges::EdgeImage;
 use pytracker::body::{
@@ -131,6 +132,7 @@ pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
             keypoints: KEYPOINT_PARAMETERS,
             orientation: OrientationParameters { inflation: 1.0 },
             effort: EffortParameters { loss: 0.0 },
+            posture: PostureParameters { weight: 0.0 },
         },
         balance: 0.0,
         unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0 },
