@@ -11,7 +11,9 @@ import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoint_log import Keypoints, in_range, ours, require_seen
-from pytracker.formats.keypoint_models import model_of
+from pytracker.formats.keypoint_models import model_of, name_of
+from pytracker.formats.keypoint_people import in_order
+from pytracker.formats.keypoints_rows import numbers_of
 from pytracker.rotation import Array
 
 __all__ = ["read_folder", "read_json"]
@@ -45,29 +47,22 @@ def read_folder(path: Path, model: str) -> Keypoints:
         people = data.get("people") if isinstance(data, dict) else None
         if not isinstance(people, list):
             raise InputError(f"{file}: has no list of people, expected OpenPose's JSON")
-        rows[frame] = [_flat(file, person.get("pose_keypoints_2d")) for person in people if isinstance(person, dict)]
+        found = [person.get("pose_keypoints_2d") for person in people if isinstance(person, dict)]
+        # Of whom only hands or a face were found.
+        rows[frame] = [_flat(file, person) for person in found if person != []]
     return _ordered(path, rows, model)
 
 
 def read_json(path: Path, model: str) -> Keypoints:
     """One file. Raises `InputError`."""
     data = _parsed(path)
+    frames = data.get("instance_info") if isinstance(data, dict) else data
+    if isinstance(frames, list) and any(isinstance(frame, dict) and "instances" in frame for frame in frames):
+        return _mmpose(path, frames, data.get("meta_info") if isinstance(data, dict) else None, model)
     rows: dict[int, list[Array]] = {}
-    if isinstance(data, dict) and isinstance(data.get("instance_info"), list):
-        for k, frame in enumerate(data["instance_info"]):
-            found = [
-                _flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
-                for one in _records(path, frame, "instances")
-            ]
-            rows[_whole(path, frame.get("frame_id", k))] = found
-        return _ordered(path, rows, model)
-    files: dict[str, Any] = {}
+    files: dict[str, int] = {}
     if isinstance(data, dict):
-        # COCO numbers its pictures anyhow: their files' names say which frame they are.
-        images = data.get("images")
-        for one in images if isinstance(images, list) else []:
-            if isinstance(one, dict) and "file_name" in one:
-                files[str(one.get("id"))] = one["file_name"]
+        files = _files(data.get("images"))
         data = data.get("annotations")
     if not isinstance(data, list):
         raise InputError(f"{path}: is neither MMPose's nor COCO's nor AlphaPose's JSON, expected one of them")
@@ -77,6 +72,28 @@ def read_json(path: Path, model: str) -> Keypoints:
         frame = files.get(str(one["image_id"])[:200], one["image_id"])
         rows.setdefault(_whole(path, frame), []).append(_flat(path, one.get("keypoints")))
     return _ordered(path, rows, model)
+
+
+def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:
+    """Frames with instances; what is said about them may name their joints in order."""
+    rows: dict[int, list[Array]] = {}
+    for k, frame in enumerate(frames):
+        found = [
+            _flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
+            for one in _records(path, frame, "instances")
+        ]
+        rows[_whole(path, frame.get("frame_id", k))] = found
+    named = about.get("keypoint_id2name") if isinstance(about, dict) else None
+    if model != "auto" or not isinstance(named, dict) or not all(str(k).isdigit() for k in named):
+        return _ordered(path, rows, model)
+    return _ordered(path, rows, model, tuple(name_of(str(named[k])) for k in sorted(named, key=int)))
+
+
+def _files(images: Any) -> dict[str, int]:
+    """Frames of COCO's pictures by their ids, which number them anyhow: their files' names say which they are."""
+    listed = [one for one in images if isinstance(one, dict) and "file_name" in one] if isinstance(images, list) else []
+    numbers = numbers_of([str(one["file_name"])[:200] for one in listed])
+    return {str(one.get("id")): number for one, number in zip(listed, numbers, strict=True) if number is not None}
 
 
 def _records(path: Path, frame: Any, key: str) -> list[Any]:
@@ -111,14 +128,17 @@ def _flat(path: Path, values: Any) -> Array:
     return in_range(path, found)
 
 
-def _ordered(path: Path, rows: dict[int, list[Array]], model: str) -> Keypoints:
-    """Frames in order, joints as ours."""
+def _ordered(path: Path, rows: dict[int, list[Array]], model: str, named: tuple[str, ...] = ()) -> Keypoints:
+    """Frames in order, each person in one place, joints as ours: of a model, or as they are `named`."""
     counts = {len(person) for people in rows.values() for person in people}
     if not counts:
         raise InputError(f"{path}: nobody is seen in any of {len(rows)} frames, expected keypoints of a person")
     if len(counts) > 1:
         raise InputError(f"{path}: people have {sorted(counts)} keypoints, expected the same of each")
-    order = model_of(path, model, counts.pop(), [person for people in rows.values() for person in people])
+    count = counts.pop()
+    if named and len(named) != count:
+        raise InputError(f"{path}: people have {count} keypoints, expected {len(named)} as keypoint_id2name has")
+    order = named or model_of(path, model, count, [person for people in rows.values() for person in people])
     frames = sorted(rows)
     people = min(MOST_PEOPLE, max(len(rows[frame]) for frame in frames))
     points = np.full((len(frames), people, len(KEYPOINTS), 3), np.nan)
@@ -126,4 +146,4 @@ def _ordered(path: Path, rows: dict[int, list[Array]], model: str) -> Keypoints:
         for p, person in enumerate(rows[frame][:people]):
             points[row, p] = ours(person, order)
     confidences = np.concatenate([person[:, 2] for people in rows.values() for person in people])
-    return Keypoints(np.array(frames), require_seen(path, points, confidences))
+    return Keypoints(np.array(frames), require_seen(path, in_order(points), confidences))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.rotation import Array
 
-__all__ = ["Rows", "frames_of", "rows_of"]
+__all__ = ["Rows", "frames_of", "numbers_of", "rows_of"]
 
 Numbers = NDArray[np.int64]
 
@@ -23,6 +23,8 @@ FRAME = re.compile(
 """A column that counts frames."""
 PICTURE = re.compile(r"\.(png|jpe?g|bmp|tiff?|webp)$", re.IGNORECASE)
 """What names one does too."""
+APPENDED = re.compile(r"(\.mp4)?\.rf\.[0-9a-z]+(?=\.)", re.IGNORECASE)
+"""What Roboflow puts behind it."""
 INDEX = ("", "index", "idx", "id", "unnamed: 0")
 """What the first column is called that pandas wrote as its index."""
 TIME = re.compile(
@@ -104,6 +106,19 @@ def _in_names(column: Sequence[str]) -> Array:
         if len(runs) > 1 and counting.size:
             return np.asarray(table[:, counting[-1]])
     return np.array([float(found[-1]) if found else np.nan for found in runs])
+
+
+def numbers_of(names: Sequence[str]) -> list[int | None]:
+    """The last number in names of pictures, in any order, that is another in each of them; else the last; None of none.
+
+    Names may say a picture's size behind its number, and what a tool appends.
+    """
+    runs = [re.findall(r"\d+", PICTURE.sub("", APPENDED.sub("", name))) for name in names]
+    counting = -1
+    if len({len(found) for found in runs}) == 1:
+        differing = [k for k in range(len(runs[0])) if len({int(found[k]) for found in runs}) == len(runs)]
+        counting = differing[-1] if differing else -1
+    return [int(found[counting]) if found else None for found in runs]
 
 
 def _increases(column: Sequence[str]) -> bool:

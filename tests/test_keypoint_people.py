@@ -1,0 +1,113 @@
+"""Keypoints of several people in any order; what files say of their joints, pictures and units."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from test_keypoints import is_right, person, place, plain
+
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.keypoints import with_spreads
+from pytracker.formats.keypoint_models import MODELS
+from pytracker.formats.keypoint_people import in_order
+from pytracker.formats.keypoints import read_keypoints
+from pytracker.formats.keypoints_rows import numbers_of
+from pytracker.rotation import Array
+
+
+def two(frames: int, rng: np.random.Generator) -> Array:
+    """Somebody who stands, and somebody who walks by 300 px, 0.5 px about where they are `(T, 2, 9, 3)`."""
+    points = np.ones((frames, 2, len(KEYPOINTS), 3))
+    points[..., :2] = rng.uniform(0.0, 60.0, (2, len(KEYPOINTS), 2)) + 0.5 * rng.standard_normal(points[..., :2].shape)
+    points[:, 1, :, 0] += np.linspace(120.0, 420.0, frames)[:, None]
+    return points
+
+
+@given(st.integers(0, 1000))
+def test_people_are_who_they_were_in_whatever_order_they_are_listed(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = two(40, rng)
+    points[10:20, 1] = np.nan
+    listed = np.stack([people[rng.permutation(2)] for people in points])
+    found = in_order(listed)
+    first = 0 if np.allclose(found[0, 0], points[0, 0]) else 1
+    np.testing.assert_array_equal(found[:, first], points[:, 0])
+    np.testing.assert_array_equal(found[:, 1 - first], points[:, 1])
+
+
+def test_nobody_is_lost_where_more_are_there_than_before(rng: np.random.Generator) -> None:
+    points = two(6, rng)
+    points[:3, 1] = np.nan
+    points[4, 0] = np.nan
+    # Whoever is first there has the first place.
+    np.testing.assert_array_equal(in_order(points[:, ::-1]), points)
+    np.testing.assert_array_equal(in_order(points[:, 1:]), points[:, 1:])
+
+
+def test_a_list_in_another_order_is_no_jump(tmp_path: Path, rng: np.random.Generator) -> None:
+    """OpenPose lists people in any order: spreads were those of jumps from one to the other, 22.7 px."""
+    order = [MODELS["ours"].index(joint) for joint in MODELS["ours"]]
+    for k, people in enumerate(two(60, rng)):
+        listed = [one[order].ravel().tolist() for one in people[:: 1 if k % 2 else -1]]
+        text = json.dumps({"people": [{"pose_keypoints_2d": one} for one in listed]})
+        (tmp_path / f"c_{k:012d}_keypoints.json").write_text(text, "utf-8")
+    assert np.nanmax(with_spreads(read_keypoints(tmp_path))[..., 2]) < 1.5
+
+
+def test_somebody_of_whom_only_hands_were_found_is_left_out(tmp_path: Path) -> None:
+    for k in range(3):
+        found: list[dict[str, Any]] = [{"pose_keypoints_2d": person("body_25")}, {"pose_keypoints_2d": []}]
+        (tmp_path / f"c_{k}_keypoints.json").write_text(json.dumps({"people": found}), "utf-8")
+    is_right(read_keypoints(tmp_path))
+
+
+def mmpose(path: Path, model: list[str], *, about: bool) -> Path:
+    """As MMPose's inferencer writes a video: a list of frames; or with what its data set says of the joints."""
+    instance = {"keypoints": [list(place(joint)) for joint in model], "keypoint_scores": [0.9] * len(model)}
+    frames = [{"frame_id": k, "instances": [instance]} for k in range(3)]
+    names = {str(k): joint for k, joint in enumerate(model)}
+    whole = {"meta_info": {"keypoint_id2name": names}, "instance_info": frames}
+    path.write_text(json.dumps(whole if about else frames), "utf-8")
+    return path
+
+
+def test_mmposes_lists_of_frames_are_read_and_its_names_are_believed(tmp_path: Path) -> None:
+    is_right(read_keypoints(mmpose(tmp_path / "a.json", list(MODELS["coco_17"]), about=False)))
+    other = ["root", "right_hip", "right_knee", "right_foot", "left_hip", "left_knee", "left_foot", "spine", "thorax"]
+    other += [
+        "nose",
+        "head",
+        *(f"{side}_{joint}" for side in ("left", "right") for joint in ("shoulder", "elbow", "wrist")),
+    ]
+    is_right(read_keypoints(mmpose(tmp_path / "b.json", other, about=True)))
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["frame_000012_270x480.jpg", "frame_000007_270x480.jpg"], [12, 7]),
+        (["frame12.mp4.rf.3a9.jpg", "frame13.mp4.rf.77b1c2.jpg"], [12, 13]),
+        (["cam1/clip2_0003.png", "cam1/clip2_0001.png"], [3, 1]),
+        (["9.jpg"], [9]),
+        (["a.jpg", "b2.jpg"], [None, 2]),
+        ([], []),
+    ],
+)
+def test_pictures_are_numbered_by_what_differs_in_their_names(names: list[str], expected: list[int | None]) -> None:
+    assert numbers_of(names) == expected
+
+
+def test_feet_below_the_picture_make_no_pixels_of_shares(tmp_path: Path) -> None:
+    """MediaPipe guesses ankles outside the picture: 1.7 of its height was taken for pixels."""
+    joints = [*KEYPOINTS, "left_ankle", "right_ankle"]
+    header = ",".join(f"{joint}_{axis}" for joint in joints for axis in "xy")
+    row = ",".join("0.4,1.7" if "ankle" in joint else "0.5,0.6" for joint in joints)
+    assert plain(tmp_path / "shares.csv", [row] * 5, header).is_share
+    pixels = ",".join("0.0,0.0" if "wrist" in joint else "120.5,90.0" for joint in joints)
+    assert not plain(tmp_path / "pixels.csv", [pixels] * 5, header).is_share
