@@ -288,9 +288,13 @@ def test_an_imu_that_starts_late_knows_no_start(simulated: Path, tmp_path: Path,
 
 def test_a_camera_of_another_size_is_said(simulated: Path, tmp_path: Path) -> None:
     camera = pt.Camera(matrix=((1400.0, 0, 640.0), (0, 1400.0, 480.0), (0, 0, 1)))
-    (words,) = camera.off_middle((640, 480))
+    (words,) = camera.oddities((640, 480))
     assert "principal point at (640, 480), 50% off the middle of pictures of 640 x 480 px" in words
-    assert camera.off_middle((1280, 960)) == ()
+    assert camera.oddities((1280, 960)) == ()
+    (words,) = pt.Camera(matrix=((700.0, 0, 240.0), (0, 700.0, 320.0), (0, 0, 1))).oddities((640, 480))
+    assert words.endswith("are cx and cy exchanged?")
+    (words,) = pt.Camera(matrix=((910.0, 0, 320.0), (0, 700.0, 240.0), (0, 0, 1))).oddities((640, 480))
+    assert "focal lengths of 910 and 700 px" in words
     assert not any("principal point" in warning for warning in pt.load(simulated).warnings)
     folder = tmp_path / "off"
     shutil.copytree(simulated, folder)

@@ -26,7 +26,8 @@ from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
 from pytracker.report.labels import HELD
-from pytracker.report.tables import plain, read_run, read_track
+from pytracker.report.tables import plain, read_run, read_track, require_run_of
+from pytracker.scores.agreement import disagreement
 from pytracker.scores.evaluate import held
 from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.fits import why_unfit
@@ -150,7 +151,7 @@ def track(
                 print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
-    warn(result.doubts)
+    warn((*result.doubts, *disagreement(result, recording.truth)))
     warn(unbelieved(result))
     if recording.truth is not None:
         print_comparison([result], quiet)
@@ -223,7 +224,11 @@ def evaluate(
     """Score track.csv files, and the first one's first pose, held, against the recording's truth; prints JSON."""
     recording = pt.load(folder)
     files = [path / "track.csv" if path.is_dir() else path for path in results]
+    for file in files:
+        require_run_of(file.parent, recording)
     tracks = [read_track(file, recording.camera) for file in files]
+    for file, scored in zip(files, tracks, strict=True):
+        warn(tuple(f"{file}: {words}" for words in disagreement(scored, recording.truth)))
     shown = {str(path): track for path, track in zip(results, tracks, strict=True)} | {HELD: held(tracks[0])}
     scores = {name: pt.evaluate(track, recording.truth).as_dict() for name, track in shown.items()}
     print(json.dumps(plain(scores), indent=2))

@@ -57,7 +57,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         raise InputError(f"{path}: two of its cameras have one video, {entry.camera[-1].video}, expected one each")
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
     views, of_keypoints = _detected(folder, entry, views)
-    overlap_warnings = _check_overlap(views, imu) + of_keypoints + _off_middle(path, views)
+    overlap_warnings = _check_overlap(views, imu) + of_keypoints + _odd_cameras(path, views)
     truth, truth_warnings = (None, []) if entry.truth is None else load_truth(folder, path, entry.truth, entry.arm)
     if truth is not None and entry.truth is not None and (video := views[0].video) is not None:
         truth_warnings += uncovered(folder / entry.truth.file, truth, video, views[0].start_s)
@@ -176,12 +176,12 @@ def _upper_arm_sd_rad(entries: tuple[ImuEntry, ...]) -> float:
     return float(np.radians(said[0])) if said else UPPER_ARM_SD_RAD
 
 
-def _off_middle(path: Path, views: tuple[View, ...]) -> list[str]:
+def _odd_cameras(path: Path, views: tuple[View, ...]) -> list[str]:
     found: list[str] = []
     for number, view in enumerate(views):
         assert view.video is not None
         info = video.probe(view.video)
-        found += [f"{path}: camera[{number}].{words}" for words in view.camera.off_middle((info.width, info.height))]
+        found += [f"{path}: camera[{number}].{words}" for words in view.camera.oddities((info.width, info.height))]
     return found
 
 

@@ -131,7 +131,7 @@ def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
             "half; take the uncut video, or calibrate the camera"
         )
     if isinstance(view.camera, Camera):
-        words += [f"{path}: camera[0].{odd}" for odd in view.camera.off_middle(view.size_px)]
+        words += [f"{path}: camera[0].{odd}" for odd in view.camera.oddities(view.size_px)]
     return tuple(words)
 
 

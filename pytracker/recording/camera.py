@@ -11,8 +11,10 @@ from pytracker.rotation import Array, Matrix, Triple
 
 __all__ = ["Camera", "ProjectionFit", "WeakPerspective"]
 
-OFF_MIDDLE = 0.2
+OFF_MIDDLE = 0.1
 """A principal point lies in the middle of the picture, but for this share of its width and height."""
+UNLIKE = 0.05
+"""Pixels are as wide as high, but for this share."""
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -34,17 +36,26 @@ class Camera:
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
 
-    def off_middle(self, size_px: tuple[int, int]) -> tuple[str, ...]:
-        """A word where its principal point is not about the middle of pictures of that width and height."""
-        middle = self.matrix[0][2], self.matrix[1][2]
-        off = [abs((at + 0.5) / size - 0.5) for at, size in zip(middle, size_px, strict=True)]
-        if max(off) <= OFF_MIDDLE:
-            return ()
-        return (
-            f"matrix has its principal point at ({middle[0]:g}, {middle[1]:g}), {max(off):.0%} off the middle of "
-            f"pictures of {size_px[0]} x {size_px[1]} px, expected at most {OFF_MIDDLE:.0%}: "
-            "was it calibrated at another size?",
+    def oddities(self, size_px: tuple[int, int]) -> tuple[str, ...]:
+        """A word each where its principal point is far from the middle of such pictures, and where fx and fy differ."""
+        (fx, _, cx), (_, fy, cy), _ = self.matrix
+        width, height = size_px
+        off, exchanged = (
+            max(abs((a + 0.5) / width - 0.5), abs((b + 0.5) / height - 0.5)) for a, b in ((cx, cy), (cy, cx))
         )
+        words = []
+        if off > OFF_MIDDLE:
+            why = "are cx and cy exchanged?" if exchanged < UNLIKE else "was it calibrated at another size?"
+            words.append(
+                f"matrix has its principal point at ({cx:g}, {cy:g}), {off:.0%} off the middle of pictures of "
+                f"{width} x {height} px, expected at most {OFF_MIDDLE:.0%}: {why}"
+            )
+        if abs(fx / fy - 1.0) > UNLIKE:
+            words.append(
+                f"matrix has focal lengths of {fx:g} and {fy:g} px, expected the same but for {UNLIKE:.0%}: pixels are "
+                "as wide as high; was it calibrated at another size?"
+            )
+        return tuple(words)
 
     def project(self, points: Array) -> Array:
         """Pixels `(T, 2)` of world points `(T, 3)`; NaN behind the camera."""

@@ -35,6 +35,7 @@ __all__ = [
     "plain",
     "read_run",
     "read_track",
+    "require_run_of",
     "write_metadata",
     "write_motion",
     "write_scores",
@@ -195,6 +196,20 @@ def read_run(folder: Path, recording: Recording, number: int = 1) -> tuple[Metho
         raise InputError(f"{path}: has {len(runs)} tracks, expected a number from 1 to {len(runs)}, not {number}")
     method, parameters, seed = runs[number - 1]
     return method_of_class(method, parameters), seed
+
+
+def require_run_of(folder: Path, recording: Recording) -> None:
+    """Raises `InputError` where `metadata.json` is of a run on another video; other files may have been added since."""
+    path = folder / "metadata.json"
+    video = recording.video
+    if video is None or not path.is_file():
+        return
+    try:
+        digests = dict(json.loads(path.read_text("utf-8"))["recording"]["files"]).values()
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return  # another program's
+    if sha256_of(video) not in digests:
+        raise InputError(f"{path}: is of a run on another video than {video}, expected a track of this recording")
 
 
 def _recording(recording: Recording) -> dict[str, Any]:
