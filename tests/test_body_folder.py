@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.formats import read_amc
+from pytracker.formats import read_amc, read_asf
 from pytracker.simulate.body import camera_before
 
 
@@ -166,5 +166,18 @@ def test_a_run_leaves_motion_and_tables(body: pt.BodyRecording, tmp_path: Path) 
     header = (out / "track.csv").read_text().split("\n")[0]
     for name in ("left_wrist_z_hi_m", "lhumerus_rx_rad", "lhumerus_rx_sd_rad", "root_tx_m", "ess", "reason"):
         assert f",{name}" in header
-    again = read_amc(out / "track.amc", body.skeleton)
-    assert np.abs(again.poses - track.poses).max() < 1e-5
+    # With its skeleton, as whoever has no recording of ours reads it.
+    skeleton = read_asf(out / "track.asf")
+    again = read_amc(out / "track.amc", skeleton)
+    assert np.abs(again.poses - track.poses[:, body.skeleton.columns(skeleton.channels)]).max() < 1e-5
+    assert "30 frames/s" in (out / "track.amc").read_text().splitlines()[0]
+
+
+def test_frames_that_were_not_tracked_leave_a_gap_in_the_motion(body: pt.BodyRecording, tmp_path: Path) -> None:
+    track = pt.track(body, pt.Partitioned(particles=50), 1)
+    poses = track.poses.copy()
+    poses[3:7] = np.nan
+    out = pt.write_report([dataclasses.replace(track, poses=poses)], tmp_path / "out", page=False)
+    numbers = [line for line in (out / "track.amc").read_text().splitlines() if line.isdigit()]
+    assert numbers[:4] == ["1", "2", "3", "8"]
+    assert len(numbers) == len(poses) - 4

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 import math
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import pytracker as pt
-from pytracker.formats import read_amc, read_asf, write_amc
+from pytracker.formats import read_amc, read_asf, write_amc, write_asf
+from pytracker.rotation import rotate, rotation_vector_to_quaternion, triple
+from pytracker.skeleton.average import average_skeleton
+from pytracker.skeleton.skeleton import Skeleton
 
 ASF = """# comment
 :version 1.10
@@ -230,3 +236,45 @@ def test_no_motion_raises_anything_else(tmp_path_factory: pytest.TempPathFactory
     except pt.InputError:
         return
     assert np.isfinite(motion.poses).all()
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+@given(angles=st.tuples(*[st.floats(-3.1, 3.1)] * 3), middle=st.sampled_from([None, math.pi / 2, -math.pi / 2]))
+def test_a_skeleton_that_is_written_is_read_again(
+    tmp_path_factory: pytest.TempPathFactory,
+    order: tuple[int, int, int],
+    angles: tuple[float, float, float],
+    middle: float | None,
+) -> None:
+    """Frames of whatever order, also where the first and the last turn are about one axis."""
+    turned = list(angles)
+    if middle is not None:
+        turned[order[1]] = middle
+    average = average_skeleton(1.62)
+    frame = np.eye(3)
+    for axis in order:
+        turn = rotation_vector_to_quaternion(turned[axis] * np.eye(3)[axis])
+        frame = rotate(np.broadcast_to(turn, (3, 4)), frame.T).T
+    rows = triple(frame[0]), triple(frame[1]), triple(frame[2])
+    turning = dataclasses.replace(average.bones[8], frame=rows, order=order)
+    skeleton = Skeleton((*average.bones[:8], turning, *average.bones[9:]))
+    path = tmp_path_factory.mktemp("asf") / "a.asf"
+    write_asf(path, skeleton)
+    again = read_asf(path)
+    # Bones may come in another order: those of one parent stay together.
+    columns = skeleton.columns(again.channels)
+    np.testing.assert_allclose(again.limits_rad, skeleton.limits_rad[columns], atol=1e-9)
+    poses = 0.3 * np.random.default_rng(0).standard_normal((3, len(skeleton.channels)))
+    for joint, places in skeleton.joints(poses).items():
+        np.testing.assert_allclose(again.joints(poses[:, columns])[joint], places, atol=1e-7)
+
+
+def test_every_shared_skeleton_survives_being_written(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    for file in shared("data/cmu").rglob("*.asf"):
+        skeleton = read_asf(file)
+        write_asf(tmp_path / "again.asf", skeleton)
+        again = read_asf(tmp_path / "again.asf")
+        poses = 0.3 * np.ones((1, len(skeleton.channels)))
+        assert again.unit_m == pytest.approx(skeleton.unit_m)
+        for joint, places in skeleton.joints(poses).items():
+            np.testing.assert_allclose(again.joints(poses)[joint], places, atol=1e-6)

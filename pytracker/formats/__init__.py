@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from pytracker.formats.amc import Motion, read_amc, write_amc
 from pytracker.formats.asf import read_asf
+from pytracker.formats.asf_write import write_asf
 
-__all__ = ["Motion", "read_amc", "read_asf", "write_amc"]
+__all__ = ["Motion", "read_amc", "read_asf", "write_amc", "write_asf"]

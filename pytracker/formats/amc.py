@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -152,10 +153,13 @@ def _missing(path: Path, columns: dict[str, list[int]], seen: dict[str, int], fr
     ]
 
 
-def write_amc(path: Path | str, skeleton: Skeleton, poses: Array) -> None:
+def write_amc(
+    path: Path | str, skeleton: Skeleton, poses: Array, numbers: Iterable[int] | None = None, note: str = ""
+) -> None:
     """Write poses `(T, C)` as a file that any Acclaim reader opens, in the skeleton's own units.
 
-    Raises `InputError` for poses of another size, or numbers that are not finite.
+    Frames have these numbers, from 1 on where none are given; a note goes into the head. Raises `InputError` for poses
+    of another size, or numbers that are not finite.
     """
     poses = np.asarray(poses, dtype=float)
     if poses.ndim != 2 or poses.shape[1] != len(skeleton.channels):
@@ -169,8 +173,9 @@ def write_amc(path: Path | str, skeleton: Skeleton, poses: Array) -> None:
     values = poses / _scale(skeleton, skeleton.in_degrees)
     columns = _columns(skeleton)
     with Path(path).open("w", encoding="latin-1", newline="\n") as file:
-        file.write(f"# written by pytracker\n:FULLY-SPECIFIED\n{':DEGREES' if skeleton.in_degrees else ':RADIANS'}\n")
-        for number, row in enumerate(values, 1):
+        angles = ":DEGREES" if skeleton.in_degrees else ":RADIANS"
+        file.write(f"# written by pytracker{note and ': '}{note}\n:FULLY-SPECIFIED\n{angles}\n")
+        for number, row in zip(range(1, len(values) + 1) if numbers is None else numbers, values, strict=True):
             file.write(f"{number}\n")
             for name, where in columns.items():
                 file.write(f"{name} {' '.join(f'{row[c]:.7g}' for c in where)}\n")

@@ -18,6 +18,7 @@ import numpy as np
 from pytracker._core import InputError, __version__
 from pytracker.digest import sha256_of
 from pytracker.formats.amc import write_amc
+from pytracker.formats.asf_write import write_asf
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.methods.method import Method
 from pytracker.methods.registry import method_of_class
@@ -80,12 +81,19 @@ def write_track(path: Path, track: Track) -> None:
 
 @singledispatch
 def write_motion(track: Track, path: Path) -> None:
-    """Poses of a skeleton as AMC, of a track that has one: frames that were not tracked are left out."""
+    """Poses of a skeleton as AMC, and the skeleton as ASF beside it, of a track that has one.
+
+    Frames are numbered as in the video, from 1; those that were not tracked are left out.
+    """
 
 
 @write_motion.register
 def _(track: BodyTrack, path: Path) -> None:
-    write_amc(path, track.recording.skeleton, track.poses[np.isfinite(track.poses).all(axis=1)])
+    tracked, skeleton = np.isfinite(track.poses).all(axis=1), track.recording.skeleton
+    rate_hz = (len(track.time_s) - 1) / np.ptp(track.time_s) if len(track.time_s) > 1 else 0.0
+    note = f"{rate_hz:.6g} frames/s; the likeliest pose of each frame, {path.with_suffix('.csv').name} has the means"
+    write_amc(path, skeleton, track.poses[tracked], (np.flatnonzero(tracked) + 1).tolist(), note)
+    write_asf(path.with_suffix(".asf"), skeleton)
 
 
 def _cell(value: np.bool_ | np.float64) -> str:

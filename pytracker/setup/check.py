@@ -40,7 +40,7 @@ ARM = ("arm.shoulder_m", "arm.upper_arm_m", "arm.forearm_m")
 Looked = tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]
 """Line by line, both signals laid over each other, and the patch's box: as a `Checkup` has them."""
 
-ODD = 1.5
+ODD = 2.0
 """A constant that differs by more standard deviations is doubtful."""
 
 

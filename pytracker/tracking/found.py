@@ -59,9 +59,14 @@ class Found:
         return self.sd < TOLD * self.given_sd
 
     @property
+    def change_sd(self) -> float:
+        """How far the data may move it where all is described rightly: what they tell of what was not known before."""
+        return float(np.sqrt(max(self.given_sd**2 - self.sd**2, 0.0)))
+
+    @property
     def surprise(self) -> float:
-        """The change in standard deviations of what was known."""
-        return abs(self.change) / self.given_sd
+        """The change in standard deviations of such changes."""
+        return abs(self.change) / max(self.change_sd, 1e-12)
 
     @property
     def words(self) -> str:
