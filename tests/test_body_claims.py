@@ -111,27 +111,36 @@ def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) 
     assert average_m(recording, freed, seeds) < average_m(recording, pt.Partitioned(), seeds)
 
 
-def people(factory: pytest.TempPathFactory, name: str, scene: pt.BodyScene) -> list[pt.BodyRecording]:
+def people(
+    factory: pytest.TempPathFactory, name: str, scene: pt.BodyScene, count: int = PEOPLE
+) -> list[pt.BodyRecording]:
     """Simulated ones of so many seeds."""
 
     def make(folder: Path) -> None:
         folder.mkdir()
-        for seed in range(1, PEOPLE + 1):
+        for seed in range(1, count + 1):
             pt.simulate_body(folder / str(seed), scene, seed)
 
     folder = made_once(factory, name, make)
-    return [load_body(folder / str(seed)) for seed in range(1, PEOPLE + 1)]
+    return [load_body(folder / str(seed)) for seed in range(1, count + 1)]
 
 
 @pytest.fixture(scope="module")
-def clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
-    return people(tmp_path_factory, "clips", pt.BodyScene(duration_s=4.0))
+def ten_clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
+    return people(tmp_path_factory, "clips", pt.BodyScene(duration_s=4.0), 10)
 
 
-def test_more_particles_help_most_up_to_300(clips: list[pt.BodyRecording]) -> None:
-    """Fig. 5: the gain from 300 to 3000 is small beside that from 10 to 300."""
-    seeds = {10: range(1, 4), 300: range(1, 4), 3000: range(1, 4 if IS_ACCEPTANCE else 2)}
-    error = {n: np.mean([average_m(clip, pt.BodyPlain(particles=n), of) for clip in clips]) for n, of in seeds.items()}
+@pytest.fixture(scope="module")
+def clips(ten_clips: list[pt.BodyRecording]) -> list[pt.BodyRecording]:
+    return ten_clips[:PEOPLE]
+
+
+def test_more_particles_help_most_up_to_300(ten_clips: list[pt.BodyRecording]) -> None:
+    """Fig. 5: the gain from 300 to 3000 is small beside that from 10 to 300 (measured: 17.3, 14.7, 14.2 cm)."""
+    seeds = {10: range(1, 3), 300: range(1, 3), 3000: range(1, 4 if IS_ACCEPTANCE else 2)}
+    error = {
+        n: np.mean([average_m(clip, pt.BodyPlain(particles=n), of) for clip in ten_clips]) for n, of in seeds.items()
+    }
     assert error[10] > error[300] + 0.01
     assert error[300] - error[3000] < 0.5 * (error[10] - error[300])
 

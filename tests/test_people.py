@@ -125,8 +125,10 @@ def test_a_wrist_that_is_lost_is_mostly_said_so(shared: Callable[[str], Path]) -
         frame_valid = track.joints["left_wrist"].valid & track.joints["right_wrist"].valid
         assert not track.valid[~frame_valid].any()
     is_lost, is_valid = np.concatenate(lost), np.concatenate(valid)
-    assert (~is_valid)[is_lost].mean() > 0.8
-    assert (~is_valid)[~is_lost].mean() < 0.5 * (~is_valid)[is_lost].mean()
+    # 31 % were, and 35 % of the others were doubted, until it was known how people hold their arms.
+    assert is_lost.mean() < 0.15
+    assert (~is_valid)[is_lost].mean() > 0.9
+    assert (~is_valid)[~is_lost].mean() < 0.6
 
 
 def test_a_forearm_whose_wrist_is_not_known_is_drawn_so(tracked: list[tuple[Path, BodyTrack]]) -> None:

@@ -80,7 +80,7 @@ def test_it_tells_of_people_whom_it_was_not_learned_from(captured: dict[str, Arr
 
 def test_reaching_arms_are_tracked_the_better_by_it(tmp_path: Path) -> None:
     """Particles by the picture alone: the depth of wrists that reach and meet, pooled over seeds that chose nothing."""
-    squares: dict[float, list[Array]] = {0.0: [], 1.0: []}
+    squares: dict[float, list[Array]] = {0.0: [], pt.Partitioned().posture_weight: []}
     for movement in ("reaching", "meeting"):
         for seed in (21, 22, 23):
             folder = pt.simulate_body(

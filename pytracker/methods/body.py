@@ -185,7 +185,7 @@ class _Doubting(BodyMethod):
     unseen_lean_sd_rad: float = 0.17
     unseen_turn_sd_rad: float = 0.17
     effort_loss: float = 1.25
-    posture_weight: float = 1.0
+    posture_weight: float = 0.5
     crown_m: float = 0.05
 
 
