@@ -108,9 +108,7 @@ def track(
     out: Out,
     method: Annotated[
         str,
-        typer.Option(
-            help=f"{METHOD_WORDS} Without it the best: smooth; a body of whom there is a picture only: partitioned."
-        ),
+        typer.Option(help=f"{METHOD_WORDS} Without it the best: smooth."),
     ] = "",
     particles: Annotated[int | None, typer.Option(min=1, help="Number of particles (particle methods).")] = None,
     settings: Settings = None,
