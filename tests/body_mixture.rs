@@ -111,7 +111,7 @@ fn there_is_no_chance_in_it() {
 #[test]
 fn depth_that_is_not_seen_is_in_the_bands() {
     let wide = |distance_m: f64| {
-        let unseen = Unseen { distance_m, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0 };
+        let unseen = Unseen { distance_m, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0, bend: 0.0 };
         let filter = BodyFilter::new(figure(&FREE), projection(), BodyMethod { unseen, ..mixture(12) }, 1);
         let mut tracker = Tracker::from(filter.unwrap());
         let last = (0..90).map(|k| update(&mut tracker, f64::from(k) / 30.0, &seen(0.0)).unwrap()).last().unwrap();

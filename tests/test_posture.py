@@ -95,3 +95,22 @@ def test_reaching_arms_are_tracked_the_better_by_it(tmp_path: Path) -> None:
                 found.append((np.concatenate(off) ** 2).sum(axis=1))
     without, by_posture = (np.sqrt(np.concatenate(found).mean()) for found in squares.values())
     assert by_posture < 0.9 * without, f"{by_posture:.3f} and {without:.3f} m"
+
+
+def test_who_came_down_may_have_bent(tmp_path: Path) -> None:
+    """One camera takes who bends for one who crouches: bands that did not know of it missed heads half of the time."""
+    held: dict[float, list[float]] = {0.0: [], pt.Partitioned().unseen_bend: []}
+    for seed in (21, 22):
+        recording = pt.load(
+            pt.simulate_body(tmp_path / str(seed), pt.BodyScene(movement="bending", duration_s=5.0), seed)
+        )
+        assert isinstance(recording, pt.BodyRecording)
+        assert recording.truth is not None
+        for share, found in held.items():
+            track = pt.track(recording, pt.Partitioned(unseen_bend=share), 1)
+            for joint in ("head", "left_shoulder", "right_shoulder"):
+                band, depth = track.joints[joint], recording.truth.at(joint, track.time_s)[:, 2]
+                found.append(float(((band.lo[:, 2] <= depth) & (depth <= band.hi[:, 2])).mean()))
+    without, with_bends = (np.mean(found) for found in held.values())
+    assert with_bends > 0.7
+    assert with_bends > without + 0.1

@@ -48,6 +48,9 @@ class BodyMethod(Method):
             on; a recording may say it (`[initial] distance_sd_m`).
         unseen_lean_sd_rad: of the trunk's lean towards the camera; set it to 0 where `free` lets the trunk bend.
         unseen_turn_sd_rad: of its turn about its long axis; likewise.
+        unseen_bend: a trunk that came down since the first frame, by more than people sway, may have bent forwards in
+            place of gone down with its legs, which are not looked at: so large a share of that bend is a standard
+            deviation of its lean besides (paper: 0).
         keypoint_inflation: how many times its spread a keypoint has: errors of neighbouring frames are much alike.
         keypoint_reach: beyond about so many standard deviations a keypoint says nothing more.
         orientation_inflation: how many times its spread the orientation of a sensor has.
@@ -67,6 +70,7 @@ class BodyMethod(Method):
     first_distance_sd_m: float = 0.0
     unseen_lean_sd_rad: float = 0.0
     unseen_turn_sd_rad: float = 0.0
+    unseen_bend: float = 0.0
     keypoint_inflation: float = 2.0
     keypoint_reach: float = 4.0
     orientation_inflation: float = 2.0
@@ -184,6 +188,7 @@ class _Doubting(BodyMethod):
     unseen_distance_sd_m: float = 0.05
     unseen_lean_sd_rad: float = 0.17
     unseen_turn_sd_rad: float = 0.17
+    unseen_bend: float = 1.0
     effort_loss: float = 1.25
     posture_weight: float = 0.5
     crown_m: float = 0.05

@@ -249,6 +249,11 @@ impl Figure {
         points.as_chunks::<3>().0.iter().map(|point| projection.see(*point)).collect()
     }
 
+    /// Height of the root, m, in the pose of the first frame.
+    pub(super) fn root_height_m(&self) -> f64 {
+        self.points_of(&self.model.start(), 1)[1]
+    }
+
     /// Where balance has the key joints of states from elsewhere.
     ///
     /// # Errors

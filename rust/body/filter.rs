@@ -83,8 +83,10 @@ impl BodyFilter {
             return Some(particles);
         }
         let [first_s, last_s] = self.frames_s.unwrap_or_default();
-        let known = Known { since_s: last_s - first_s, by_outlines: filter.by_outlines() };
-        Some(self.method.unseen.drawn(&particles, known))
+        let (since_s, by_outlines) = (last_s - first_s, filter.by_outlines());
+        let known = Known { since_s, by_outlines, root_m: self.figure.root_height_m() };
+        let joints = self.figure.in_balance(self.figure.key_joints(&particles)).moments().0;
+        Some(self.method.unseen.drawn(&particles, known, joints.as_slice()))
     }
 
     /// Where states put the key joints, `(N, 8 * 3)`, m: of the free channels, or with columns of what is not seen besides.

@@ -70,7 +70,7 @@ impl BodyMixture {
         let frame = Frame { figure, projection, picture, orientations, blobs, person, bare };
         self.correct(body, &frame, time_s)?;
         // It sees no outlines.
-        let known = Known { since_s, by_outlines: false };
+        let known = Known { since_s, by_outlines: false, root_m: figure.root_height_m() };
         Ok(moment.posing().estimate(time_s, known, &self.parts(), blobs))
     }
 

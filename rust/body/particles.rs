@@ -85,7 +85,8 @@ impl BodyParticles {
         let seen = method.smoothing.as_ref().and_then(|_| person.or_else(|| by_outlines.then(seen)));
         let joints = figure.in_balance(joints);
         let mut joints = joints.summary(joints.dim());
-        moment.method.unseen.add(&mut joints, projection, Known { since_s, by_outlines: *by_outlines });
+        let known = Known { since_s, by_outlines: *by_outlines, root_m: figure.root_height_m() };
+        moment.method.unseen.add(&mut joints, projection, known);
         let places: Vec<_> = (0..KEY_JOINTS.len()).map(|joint| Point::of_columns(&joints, 3 * joint)).collect();
         if method.smoothing.is_some() {
             let (orientations, mean) = (moment.orientations.to_vec(), mean.as_slice().to_vec());

@@ -105,9 +105,11 @@ impl Recorded<'_> {
         let Window { end, until, seen: [from, to], .. } = Window::new(first, count);
         let (branches, filtered) = self.branches(from, to)?;
         let posing = Posing { figure: self.figure, projection: self.projection, unseen: &self.method.unseen };
+        let root_m = self.figure.root_height_m();
         let of_frame = |(frame, of): (usize, &Kept)| {
             let ways: Vec<_> = branches.iter().flat_map(|branch| branch.parts(frame)).collect();
-            let known = Known { since_s: of.time_s - self.frames[0].time_s, by_outlines: of.outlined.is_some() };
+            let (since_s, by_outlines) = (of.time_s - self.frames[0].time_s, of.outlined.is_some());
+            let known = Known { since_s, by_outlines, root_m };
             let share = if known.by_outlines { BY_PARTICLES } else { FILTERED };
             let filtered = filtered[frame].iter().map(|(weight, state)| (share * weight, state));
             let both: Vec<_> =

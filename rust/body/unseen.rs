@@ -8,6 +8,9 @@
 //! normal, at the first frame no more than its pose is unsure of, the whole after some seconds. It is marginalised: their
 //! covariance is added to that of the particles, which would be spent on what no weight tells apart were layers to draw it.
 //! Who asks for the particles gets them with a draw of each.
+//!
+//! A trunk that came down may have bent towards the camera as well as gone down with its legs, which are not looked at: so far
+//! it may lean besides.
 
 use super::joints::KEY_JOINTS;
 use crate::Result;
@@ -36,6 +39,14 @@ const DRAWS: u64 = 0x756e_7365_656e;
 /// The joint that a key joint goes with: an elbow or a wrist with its shoulder.
 const GOES_WITH: [usize; KEY_JOINTS.len()] = [0, 1, 2, 3, 2, 3, 2, 3];
 
+/// People go up and down by so much where they neither bend nor crouch, m.
+const UP_AND_DOWN_M: f64 = 0.03;
+
+/// By how much a trunk whose shoulders are so far above its root, m, must bend to be lower by so much, m: rad.
+fn bend(lower_m: f64, trunk_m: f64) -> f64 {
+    (1.0 - (lower_m - UP_AND_DOWN_M).max(0.0) / trunk_m.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0).acos()
+}
+
 /// From what a body is known at a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
@@ -43,6 +54,8 @@ pub struct Known {
     pub since_s: f64,
     /// Outlines and skin are all that shows it: no detector saw its joints.
     pub by_outlines: bool,
+    /// How far above the ground, or whatever heights are counted from, the root was at the first frame, m.
+    pub root_m: f64,
 }
 
 /// Standard deviations of what is not seen; all zero is the paper.
@@ -58,6 +71,8 @@ pub struct Unseen {
     pub turn: f64,
     /// Of joints in the picture, along each of its axes, m: where the person's outlines and skin are all that shows them.
     pub across_m: f64,
+    /// Of the trunk's lean, as a share of the bend by which it would be as low as it is.
+    pub bend: f64,
 }
 
 impl Unseen {
@@ -72,26 +87,30 @@ impl Unseen {
         require(zero_or_more(first), "first_distance_sd_m", first, "0 m or more")?;
         require(zero_or_more(self.lean), "unseen_lean_sd_rad", self.lean, "0 rad or more")?;
         require(zero_or_more(self.turn), "unseen_turn_sd_rad", self.turn, "0 rad or more")?;
-        require(zero_or_more(self.across_m), "unseen_across_sd_m", self.across_m, "0 m or more")
+        require(zero_or_more(self.across_m), "unseen_across_sd_m", self.across_m, "0 m or more")?;
+        require((0.0..=1.0).contains(&self.bend), "unseen_bend", self.bend, "a share from 0 to 1")
     }
 
     /// Whether there is none of it, whatever the time.
     pub fn is_none(&self) -> bool {
-        [self.distance_m, self.first_distance_m, self.lean, self.turn, self.across_m] == [0.0; 5]
+        [self.distance_m, self.first_distance_m, self.lean, self.turn, self.across_m, self.bend] == [0.0; 6]
     }
 
-    /// Standard deviations of distance, m, lean and turn, rad, and places, m, in that case.
-    fn sds(&self, Known { since_s, by_outlines }: Known) -> [f64; UNSEEN] {
+    /// Standard deviations of distance, m, lean and turn, rad, and places, m, in that case; of key joints of those heights, m.
+    fn sds(&self, Known { since_s, by_outlines, root_m }: Known, height_m: impl Fn(usize) -> f64) -> [f64; UNSEEN] {
         let grown = (-(-2.0 * since_s / MEMORY_S).exp_m1()).sqrt();
         let across_m = if by_outlines { self.across_m } else { 0.0 };
         let [distance, lean, turn, across] = [self.distance_m, self.lean, self.turn, across_m].map(|sd| sd * grown);
-        [distance.hypot(self.first_distance_m), lean, turn, across, across]
+        let trunk_m = f64::midpoint(height_m(2), height_m(3)) - height_m(0);
+        let bent = self.bend * bend(root_m - height_m(0), trunk_m);
+        [distance.hypot(self.first_distance_m), lean.hypot(bent), turn, across, across]
     }
 
     /// Particles `(N, D)` with columns for distance, m, lean and turn, rad, and places, m, `(N, D + 5)`: each drawn from what is
-    /// known of them. A particle has the same draw, in standard deviations, whenever it is asked.
-    pub fn drawn(&self, particles: &ParticleSet, known: Known) -> ParticleSet {
-        let (dim, sds) = (particles.dim(), self.sds(known));
+    /// known of them, their key joints being about there `(8 * 3,)`, m. A particle has the same draw, in standard deviations,
+    /// whenever it is asked.
+    pub fn drawn(&self, particles: &ParticleSet, known: Known, joints: &[f64]) -> ParticleSet {
+        let (dim, sds) = (particles.dim(), self.sds(known, |joint| joints[3 * joint + 1]));
         let mut all = particles.mapped(dim + UNSEEN, |block, out| {
             (0..dim).for_each(|d| out.column_mut(d).copy_from_slice(block.column(d)));
         });
@@ -113,7 +132,7 @@ impl Unseen {
 
     /// Add it to covariance and bands of the key joints, `(8 * 3,)` m. Mean and mode stay.
     pub fn add(&self, joints: &mut Summary, projection: &Projection, known: Known) {
-        let sds = self.sds(known);
+        let sds = self.sds(known, |joint| joints.mean[3 * joint + 1]);
         if sds == [0.0; UNSEEN] {
             return;
         }
@@ -158,10 +177,11 @@ mod tests {
     use crate::particles::{NORMAL_UPPER, ParticleSet};
     use nalgebra::Matrix3;
 
-    const SD: Unseen = Unseen { distance_m: 0.05, first_distance_m: 0.0, lean: 0.1, turn: 0.2, across_m: 0.03 };
+    const SD: Unseen =
+        Unseen { distance_m: 0.05, first_distance_m: 0.0, lean: 0.1, turn: 0.2, across_m: 0.03, bend: 0.0 };
 
     fn at(since_s: f64) -> Known {
-        Known { since_s, by_outlines: false }
+        Known { since_s, by_outlines: false, root_m: 1.0 }
     }
 
     fn close(a: f64, b: f64, within: f64) {
@@ -212,7 +232,7 @@ mod tests {
     #[test]
     fn outlines_do_not_tell_where_in_them_joints_are() {
         let (seen, mut all) = (joints(), joints());
-        SD.add(&mut all, &front(), Known { since_s: 1e3, by_outlines: true });
+        SD.add(&mut all, &front(), Known { by_outlines: true, ..at(1e3) });
         let mut in_depth = joints();
         SD.add(&mut in_depth, &front(), at(1e3));
         for d in 0..24 {
@@ -234,6 +254,20 @@ mod tests {
         assert_eq!(at_once, joints());
         close(sd(50.0), 0.05, 1e-12);
         close(sd(0.5), 0.05 * (1.0 - (-1.0f64).exp()).sqrt(), 1e-12);
+    }
+
+    /// Of a trunk of half a metre that is lower by a quarter: bent by 60° or gone down.
+    #[test]
+    fn a_trunk_that_came_down_may_have_bent() {
+        let bending = Unseen { bend: 0.5, ..SD };
+        let lean =
+            |root_m: f64| bending.sds(Known { root_m, ..at(1e3) }, |joint| if joint == 0 { 1.0 } else { 1.5 })[1];
+        close(lean(1.0), 0.1, 1e-12);
+        close(lean(1.0 + UP_AND_DOWN_M), 0.1, 1e-12);
+        close(lean(0.5), 0.1, 1e-12);
+        close(lean(1.25 + UP_AND_DOWN_M), 0.1f64.hypot(0.5 * 60f64.to_radians()), 1e-12);
+        close(lean(9.0), 0.1f64.hypot(0.25 * std::f64::consts::PI), 1e-12);
+        assert_eq!(SD.sds(Known { root_m: 1.25, ..at(1e3) }, |_| 1.0)[1], SD.sds(at(1e3), |_| 1.0)[1]);
     }
 
     #[test]
@@ -280,13 +314,18 @@ mod tests {
 
     #[test]
     fn ranges() {
-        assert!(Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0 }.check().is_ok());
+        assert!(
+            Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0, bend: 0.0 }
+                .check()
+                .is_ok()
+        );
         for bad in [-0.1, f64::NAN, f64::INFINITY] {
             assert!(Unseen { distance_m: bad, ..SD }.check().is_err());
             assert!(Unseen { first_distance_m: bad, ..SD }.check().is_err());
             assert!(Unseen { lean: bad, ..SD }.check().is_err());
             assert!(Unseen { turn: bad, ..SD }.check().is_err());
             assert!(Unseen { across_m: bad, ..SD }.check().is_err());
+            assert!(Unseen { bend: bad, ..SD }.check().is_err());
         }
     }
 }

@@ -53,6 +53,7 @@ struct MethodArgument {
     first_distance_sd_m: f64,
     unseen_lean_sd_rad: f64,
     unseen_turn_sd_rad: f64,
+    unseen_bend: f64,
     balance: f64,
 }
 
@@ -187,6 +188,7 @@ pub fn extract_method(method: &Bound<'_, PyAny>) -> PyResult<BodyMethod> {
         lean: m.unseen_lean_sd_rad,
         turn: m.unseen_turn_sd_rad,
         across_m,
+        bend: m.unseen_bend,
     };
     let found = BodyMethod { filter, layers, cue_parameters, balance: m.balance, unseen };
     found.check()?;

@@ -135,7 +135,7 @@ pub fn method(layer: BodyLayer, edge_loss: f64) -> BodyMethod {
             posture: PostureParameters { weight: 0.0 },
         },
         balance: 0.0,
-        unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0 },
+        unseen: Unseen { distance_m: 0.0, first_distance_m: 0.0, lean: 0.0, turn: 0.0, across_m: 0.0, bend: 0.0 },
         layers: vec![layer],
     }
 }
