@@ -11,10 +11,13 @@ import pytest
 from test_cli import run
 
 import pytracker as pt
+from pytracker.methods import ArmMethod
 from pytracker.recording.recording import Truth
+from pytracker.report.tables import TrackFile
 from pytracker.rotation import Array
 from pytracker.scores.agreement import disagreement
 from pytracker.simulate.arm import ArmSimulation
+from pytracker.tracking.tracks import JointTrack
 
 
 @pytest.fixture(scope="module")
@@ -70,14 +73,76 @@ def test_exchanged_sides_are_told(body: pt.BodyRecording) -> None:
     assert "left and right were exchanged" in " ".join(disagreement(track, replace(truth, joints_m={**at, **sides})))
 
 
+@pytest.mark.parametrize(
+    "method", [pt.Inertial(), pt.Plain(particles=200), pt.Layered(particles=200)], ids=lambda m: m.name
+)
+def test_a_track_that_is_wrong_is_wrong_however_its_truth_is_turned(method: ArmMethod) -> None:
+    """Who drifts off late fits any truth of which only the beginning is left: what is compared is the same frames."""
+    simulation = ArmSimulation(pt.ArmScene(pattern="gesture", duration_s=10.0, worn=True), 0)
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    track: pt.Track | None
+    try:
+        track = pt.track(simulation.recording(), method, 1, sightings=sightings)
+    except pt.TrackingError as error:
+        track = error.track
+    assert track is not None
+    assert disagreement(track, simulation.recording().truth) == ()
+
+
+def test_bodies_whose_arms_are_wrong_are_not_turned(tmp_path: Path) -> None:
+    for seed in (1, 2):
+        scene = pt.BodyScene(movement="waving", duration_s=4.0, turned_deg=20.0 * seed)
+        recording = pt.load(pt.simulate_body(tmp_path / str(seed), scene, seed))
+        for method in (pt.Partitioned(), pt.BodyPlain()):
+            assert disagreement(pt.track(recording, method, 1), recording.truth) == ()
+
+
+def wandering(count: int, rng: np.random.Generator, *flat: float) -> Array:
+    """A wrist's way `(T, 3)`, m, so wide along each axis."""
+    return np.asarray(np.cumsum(rng.standard_normal((count, 3)), axis=0) / count**0.5 * np.array(flat))
+
+
+@pytest.mark.parametrize("off_m", [0.1, 0.4])
+@pytest.mark.parametrize("flat", [(0.3, 0.3, 0.0), (0.3, 0.0, 0.0)])
+def test_what_is_flat_says_nothing_of_turns(off_m: float, flat: tuple[float, ...], rng: np.random.Generator) -> None:
+    time_s, wrist = np.arange(400) / 50.0, wandering(400, rng, *flat)
+    track = TrackFile(time_s, {"wrist": still(wrist + np.array([0.0, 0.0, off_m]))}, np.ones(400, dtype=bool), CAMERA)
+    assert disagreement(track, Truth(time_s=time_s, joints_m={"wrist": wrist})) == ()
+
+
+def still(places: Array) -> JointTrack:
+    return JointTrack(mean=places, mode=places, sd=places, lo=places, hi=places)
+
+
+def test_another_origin_is_told_and_gaps_are_none(rng: np.random.Generator) -> None:
+    time_s, wrist = np.arange(400) / 50.0, wandering(400, rng, 0.3, 0.3, 0.3)
+    nothing = np.full_like(wrist, np.nan)
+    truth = Truth(time_s=time_s, joints_m={"wrist": wrist + np.array([1.0, 0.0, 0.0]), "elbow": wrist})
+    track = TrackFile(time_s, {"elbow": still(nothing), "wrist": still(wrist)}, np.ones(400, dtype=bool), CAMERA)
+    assert "lay 100 cm elsewhere" in " ".join(disagreement(track, truth))
+    gone = TrackFile(time_s, {"wrist": still(nothing)}, np.ones(400, dtype=bool), CAMERA)
+    assert disagreement(gone, truth) == ()
+    assert disagreement(track, Truth(time_s=time_s + 100.0, joints_m={"wrist": wrist})) == ()
+
+
+CAMERA = pt.Camera(matrix=((700.0, 0.0, 320.0), (0.0, 700.0, 240.0), (0.0, 0.0, 1.0)))
+
+
 def test_a_track_of_another_recording_is_not_scored(simulated: Path, tmp_path: Path) -> None:
-    other = pt.simulate_arm(tmp_path / "other", pt.ArmScene(duration_s=3.0), seed=12)
+    other = pt.simulate_arm(tmp_path / "other", pt.ArmScene(duration_s=2.5), seed=12)
     out = tmp_path / "out"
     run("track", other, "--out", out, "--no-report", "--method", "mixture")
     refused = run("evaluate", simulated, out)
+    assert refused.returncode == 2
     assert "is of a run on another video" in refused.stderr
     # What was added to the recording since does no harm, nor a table without its metadata.
     (other / "recording.toml").write_text((other / "recording.toml").read_text("utf-8") + "\n# seen again\n", "utf-8")
     assert "rms_m" in run("evaluate", other, out).stdout
+    # A video that was coded anew is as long.
+    with (other / "video.mp4").open("ab") as video:
+        video.write(b"\x00\x00\x00\x08free")
+    again = run("evaluate", other, out)
+    assert "rms_m" in again.stdout
+    assert "coded anew?" in again.stderr
     shutil.copy(out / "track.csv", tmp_path / "track.csv")
     assert "rms_m" in run("evaluate", simulated, tmp_path / "track.csv").stdout

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_keypoints import is_right, person, place, plain
 
+import pytracker as pt
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoint_models import MODELS
@@ -95,6 +96,10 @@ def test_mmposes_lists_of_frames_are_read_and_its_names_are_believed(tmp_path: P
         (["frame12.mp4.rf.3a9.jpg", "frame13.mp4.rf.77b1c2.jpg"], [12, 13]),
         (["cam1/clip2_0003.png", "cam1/clip2_0001.png"], [3, 1]),
         (["9.jpg"], [9]),
+        (["frame_12_640x480.jpg"], [12]),
+        (["frame_0001_t0.033.jpg", "frame_0002_t0.066.jpg", "frame_0003_t0.100.jpg"], [1, 2, 3]),
+        (["000001_1700000000123.png", "000002_1700000000156.png"], [1, 2]),
+        (["frame_000001_hash8f3a.jpg", "frame_000002_hash77.jpg"], [1, 2]),
         (["a.jpg", "b2.jpg"], [None, 2]),
         ([], []),
     ],
@@ -111,3 +116,24 @@ def test_feet_below_the_picture_make_no_pixels_of_shares(tmp_path: Path) -> None
     assert plain(tmp_path / "shares.csv", [row] * 5, header).is_share
     pixels = ",".join("0.0,0.0" if "wrist" in joint else "120.5,90.0" for joint in joints)
     assert not plain(tmp_path / "pixels.csv", [pixels] * 5, header).is_share
+    nobody = ",".join("-1,-1" for _ in joints)
+    assert not plain(tmp_path / "seldom.csv", [pixels, *[nobody] * 9], header).is_share
+
+
+def test_coco_says_the_order_of_its_joints_and_boxes_hold_nothing(tmp_path: Path) -> None:
+    """A data set of our own, right before left: sides were exchanged."""
+    order = [joint.replace("left", "?").replace("right", "left").replace("?", "right") for joint in MODELS["coco_17"]]
+    annotations: list[dict[str, Any]] = [
+        {"image_id": k, "keypoints": [x for joint in order for x in (*place(joint), 2)]} for k in range(3)
+    ]
+    annotations.append({"image_id": 1, "bbox": [0, 0, 9, 9]})
+    path = tmp_path / "coco.json"
+    path.write_text(json.dumps({"categories": [{"keypoints": order}], "annotations": annotations}), "utf-8")
+    is_right(read_keypoints(path))
+
+
+def test_a_frame_that_is_there_twice_is_refused(tmp_path: Path) -> None:
+    path = mmpose(tmp_path / "a.json", list(MODELS["coco_17"]), about=False)
+    path.write_text(path.read_text("utf-8").replace('"frame_id": 2', '"frame_id": 1'), "utf-8")
+    with pytest.raises(pt.InputError, match="frame 1 is there twice"):
+        read_keypoints(path)

@@ -223,7 +223,7 @@ def evaluate(
     recording = pt.load(folder)
     files = [path / "track.csv" if path.is_dir() else path for path in results]
     for file in files:
-        require_run_of(file.parent, recording)
+        warn(require_run_of(file, recording))
     tracks = [read_track(file, recording.camera) for file in files]
     for file, scored in zip(files, tracks, strict=True):
         warn(tuple(f"{file}: {words}" for words in disagreement(scored, recording.truth)))

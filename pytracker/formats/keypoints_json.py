@@ -61,8 +61,12 @@ def read_json(path: Path, model: str) -> Keypoints:
         return _mmpose(path, frames, data.get("meta_info") if isinstance(data, dict) else None, model)
     rows: dict[int, list[Array]] = {}
     files: dict[str, int] = {}
+    named: tuple[str, ...] = ()
     if isinstance(data, dict):
         files = _files(data.get("images"))
+        kinds = data.get("categories")
+        of_kind = [kind.get("keypoints") for kind in kinds if isinstance(kind, dict)] if isinstance(kinds, list) else []
+        named = _names(of_kind[0], model) if of_kind else ()
         data = data.get("annotations")
     if not isinstance(data, list):
         raise InputError(f"{path}: is neither MMPose's nor COCO's nor AlphaPose's JSON, expected one of them")
@@ -70,8 +74,10 @@ def read_json(path: Path, model: str) -> Keypoints:
         if not isinstance(one, dict) or "image_id" not in one:
             raise InputError(f"{path}: an entry has no image_id, expected one and keypoints")
         frame = files.get(str(one["image_id"])[:200], one["image_id"])
-        rows.setdefault(_whole(path, frame), []).append(_flat(path, one.get("keypoints")))
-    return _ordered(path, rows, model)
+        people = rows.setdefault(_whole(path, frame), [])
+        if one.get("keypoints") or "bbox" not in one:  # else a box, and nothing in it
+            people.append(_flat(path, one.get("keypoints")))
+    return _ordered(path, rows, model, named)
 
 
 def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:
@@ -82,11 +88,22 @@ def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:
             _flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
             for one in _records(path, frame, "instances")
         ]
-        rows[_whole(path, frame.get("frame_id", k))] = found
+        number = _whole(path, frame.get("frame_id", k))
+        if number in rows:
+            raise InputError(f"{path}: frame {number} is there twice, expected each once: is one of another clip?")
+        rows[number] = found
     named = about.get("keypoint_id2name") if isinstance(about, dict) else None
-    if model != "auto" or not isinstance(named, dict) or not all(str(k).isdigit() for k in named):
+    if not isinstance(named, dict) or not all(str(k).isdigit() for k in named):
         return _ordered(path, rows, model)
-    return _ordered(path, rows, model, tuple(name_of(str(named[k])) for k in sorted(named, key=int)))
+    return _ordered(path, rows, model, _names([named[k] for k in sorted(named, key=int)], model))
+
+
+def _names(said: Any, model: str) -> tuple[str, ...]:
+    """Ours of the joints that a file names in order; none where it names none of ours, or the order is given."""
+    if model != "auto" or not isinstance(said, list):
+        return ()
+    names = tuple(name_of(str(name)[:100]) for name in said)
+    return names if {*KEYPOINTS, "nose"} & set(names) else ()
 
 
 def _files(images: Any) -> dict[str, int]:

@@ -23,6 +23,8 @@ FRAME = re.compile(
 """A column that counts frames."""
 PICTURE = re.compile(r"\.(png|jpe?g|bmp|tiff?|webp)$", re.IGNORECASE)
 """What names one does too."""
+SIZE = re.compile(r"\d+\s*[xX]\s*\d+")
+"""How large it is."""
 APPENDED = re.compile(r"(\.mp4)?\.rf\.[0-9a-z]+(?=\.)", re.IGNORECASE)
 """What Roboflow puts behind it."""
 INDEX = ("", "index", "idx", "id", "unnamed: 0")
@@ -109,15 +111,18 @@ def _in_names(column: Sequence[str]) -> Array:
 
 
 def numbers_of(names: Sequence[str]) -> list[int | None]:
-    """The last number in names of pictures, in any order, that is another in each of them; else the last; None of none.
+    """The number in names of pictures, in any order, that is another in each of them; else the last; None of none.
 
-    Names may say a picture's size behind its number, and what a tool appends.
+    Of several numbers that which goes in the smallest steps. Names may say a picture's size, its time, and what a tool
+    appends.
     """
-    runs = [re.findall(r"\d+", PICTURE.sub("", APPENDED.sub("", name))) for name in names]
-    counting = -1
-    if len({len(found) for found in runs}) == 1:
-        differing = [k for k in range(len(runs[0])) if len({int(found[k]) for found in runs}) == len(runs)]
-        counting = differing[-1] if differing else -1
+    runs = [re.findall(r"\d+", PICTURE.sub("", APPENDED.sub("", SIZE.sub("", name)))) for name in names]
+    steps: dict[int, float] = {}
+    for k in range(min(map(len, runs), default=0)):
+        values = sorted({int(found[k]) for found in runs})
+        if len(values) == len(runs) > 1:
+            steps[k] = float(np.median(np.diff(np.array(values, dtype=np.float64))))
+    counting = min(steps, key=lambda k: (steps[k], -k)) if steps else -1
     return [int(found[counting]) if found else None for found in runs]
 
 

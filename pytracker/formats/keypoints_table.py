@@ -21,6 +21,7 @@ __all__ = ["from_columns", "numbers_in", "read_table", "read_trc_keypoints", "ro
 
 LARGEST_SHARE = 1.5
 """Of a picture's width or height: most points lie in it, and the others, such as feet, not far outside."""
+NOTHING = 1e-6
 MOST = 0.75
 """So many of a table's numbers are no larger."""
 LEAST_PX = 20.0
@@ -41,8 +42,8 @@ def read_table(path: Path) -> Keypoints:
     table = numbers_in(path, rows, points)
     of = rows_of(path, header, list(rows.values()), [k for k in range(len(header)) if k not in points])
     places = table[:, [k for k, joint, axis in named if axis != "confidence"]]
-    # No person is one pixel large; who was not found is zero.
-    sizes = np.abs(places[np.isfinite(places) & (places != 0)])
+    # No person is one pixel large; who was not found is zero, or less.
+    sizes = places[np.isfinite(places) & (places > NOTHING)]
     is_share = is_mediapipe or not sizes.size or bool(np.quantile(sizes, MOST) <= LARGEST_SHARE)
     found = from_columns(path, table, named, joints, is_share=is_share)
     return dataclasses.replace(found, frames=of.frames, time_s=of.time_s, warnings=of.warnings)

@@ -45,7 +45,7 @@ class Camera:
         )
         words = []
         if off > OFF_MIDDLE:
-            why = "are cx and cy exchanged?" if exchanged < UNLIKE else "was it calibrated at another size?"
+            why = "are cx and cy exchanged?" if exchanged < UNLIKE else "was it calibrated at another size, or cut out?"
             words.append(
                 f"matrix has its principal point at ({cx:g}, {cy:g}), {off:.0%} off the middle of pictures of "
                 f"{width} x {height} px, expected at most {OFF_MIDDLE:.0%}: {why}"
@@ -53,7 +53,7 @@ class Camera:
         if abs(fx / fy - 1.0) > UNLIKE:
             words.append(
                 f"matrix has focal lengths of {fx:g} and {fy:g} px, expected the same but for {UNLIKE:.0%}: pixels are "
-                "as wide as high; was it calibrated at another size?"
+                "as wide as high but in old video formats; was it calibrated at another size?"
             )
         return tuple(words)
 

@@ -20,6 +20,7 @@ from pytracker.digest import sha256_of
 from pytracker.formats.amc import write_amc
 from pytracker.formats.asf_write import write_asf
 from pytracker.formats.text import parse_table, read_lines
+from pytracker.formats.video import probe
 from pytracker.methods.method import Method
 from pytracker.methods.registry import method_of_class
 from pytracker.recording.camera import Camera, WeakPerspective
@@ -206,18 +207,28 @@ def read_run(folder: Path, recording: Recording, number: int = 1) -> tuple[Metho
     return method_of_class(method, parameters), seed
 
 
-def require_run_of(folder: Path, recording: Recording) -> None:
-    """Raises `InputError` where `metadata.json` is of a run on another video; other files may have been added since."""
-    path = folder / "metadata.json"
-    video = recording.video
-    if video is None or not path.is_file():
-        return
+def require_run_of(file: Path, recording: Recording) -> tuple[str, ...]:
+    """What is odd about scoring a track by this recording; other files than its video may have been added since.
+
+    Raises `InputError` where `metadata.json` beside it is of a run on another video, of another length: one that was
+    coded anew is as long.
+    """
+    path, video = file.with_name("metadata.json"), recording.video
+    if video is None or not path.is_file() or not file.name.startswith("track"):
+        return ()
     try:
-        digests = dict(json.loads(path.read_text("utf-8"))["recording"]["files"]).values()
+        digests = set(dict(json.loads(path.read_text("utf-8"))["recording"]["files"]).values())
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return  # another program's
-    if sha256_of(video) not in digests:
-        raise InputError(f"{path}: is of a run on another video than {video}, expected a track of this recording")
+        return ()  # another program's
+    if not digests or sha256_of(video) in digests:
+        return ()
+    rows, frames = len(read_lines(file)) - 1, probe(video).frame_count
+    if rows != frames:
+        raise InputError(
+            f"{path}: is of a run on another video than {video}, {rows} frames and not {frames}, expected a track of "
+            "this recording"
+        )
+    return (f"{path}: is of a run on another file than {video}, as long: of the same video, coded anew?",)
 
 
 def _recording(recording: Recording) -> dict[str, Any]:

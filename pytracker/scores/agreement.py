@@ -1,12 +1,13 @@
 """`disagreement(track, truth)`: a truth that would fit a track far better otherwise: turned, later, faster, exchanged.
 
-Errors then are those of how the truth is described, and no word about the track.
+Errors then are those of how the truth is described, and no word about the track. A track that is wrong is wrong however
+its truth is turned: what is compared is the same frames, before and after, and a turn is that of the whole.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,93 +17,129 @@ from pytracker.scores.evaluate import Scored
 
 __all__ = ["disagreement"]
 
-LEAST_FRAMES = 50
-"""Fewer say too little."""
+LEAST_FRAMES, MOST_FRAMES = 50, 1500
+"""Fewer say too little; of more some are looked at, evenly."""
 OFF_M = 0.06
 """A truth that lies nearer is left alone."""
 BETTER = 0.5
-"""By another description errors must be so many times as large, or less."""
+"""By another description errors must be so many times as large, or less; and so many of the frames be left."""
 TURNED_BETTER, TURNED_DEG = 0.35, 25.0
 """The same of a turn, which takes away errors of the depth too; and no smaller one is told."""
+ELSEWHERE_M = 0.5
+"""No track is off by so much, all alike."""
+FLAT = 0.15
+"""Places that spread along an axis by less than this share of what they do along the longest say nothing of it."""
 LAGS_S = np.concatenate([-(steps := np.arange(0.1, 3.01, 0.05))[::-1], steps])
 FACTORS = np.array([0.25, 0.4, 0.5, 0.6, 0.667, 0.8, 0.833, 0.9, 0.96, 1.04, 1.1, 1.2, 1.25, 1.5, 1.667, 2.0, 2.5, 4.0])
 """Of times: rates that are taken for one another."""
 MOVES = 0.5
-"""Joints that move so much of what the liveliest does are looked at."""
+"""Joints that move so much of what the liveliest does are looked at, where it is about times."""
 SIDES = {"left": "right", "right": "left"}
-EXCHANGED = "left and right were exchanged (check truth.markers; is it mirrored?)"
+HANDICAP_M = 0.01
 MIRRORED = "it were mirrored (check its axes, truth.up)"
+EXCHANGED = "left and right were exchanged (check truth.markers; is it mirrored?)"
+
+
+@dataclass(frozen=True)
+class _Other:
+    """Another description: errors by it and as it is, of the same frames, m; what makes it believed; in words.
+
+    Of two that explain it as well the one with less of a `handicap_m` is told: a turn of what goes round is a lag, too.
+    """
+
+    off_m: float
+    before_m: float
+    better: float
+    words: str
+    handicap_m: float = 0.0
+
+    @property
+    def is_told(self) -> bool:
+        return self.before_m >= OFF_M and self.off_m < self.better * self.before_m
 
 
 def disagreement(track: Scored, truth: Truth | None) -> tuple[str, ...]:
     """A sentence where the truth would lie on the track if it were described otherwise; none of no truth."""
     if truth is None:
         return ()
-    means = {joint: track.joints[joint].mean for joint in track.joints if joint in truth.joints_m}
-    # What hardly moves is where it is, whenever that was.
-    moves = {joint: float(np.linalg.norm(np.nanstd(mean, axis=0))) for joint, mean in means.items()}
-    means = {joint: mean for joint, mean in means.items() if moves[joint] >= MOVES * max(moves.values())}
-    off = _off(means, _at(truth, means, track.time_s))
-    if not np.isfinite(off) or off < OFF_M:
+    every = 1 + len(track.time_s) // MOST_FRAMES
+    joints = {name: rows.mean[::every] for name, rows in track.joints.items() if name in truth.joints_m}
+    means = {name: mean for name, mean in joints.items() if np.isfinite(mean).all(axis=1).sum() >= LEAST_FRAMES / every}
+    if not means:
         return ()
-    found = [(of, words) for of, words, better in _others(means, truth, track.time_s) if of < better * off]
+    found = [other for other in _others(means, truth, track.time_s[::every]) if other.is_told]
     if not found:
         return ()
-    best, words = min(found)
+    best = min(found, key=lambda other: other.off_m + other.handicap_m)
     return (
-        f"the truth's {', '.join(means).replace('_', ' ')} would be {100 * best:.0f} cm off the track, not "
-        f"{100 * off:.0f}, if {words}: errors may be those of the truth's description",
+        f"the truth would be {100 * best.off_m:.0f} cm off the track, not {100 * best.before_m:.0f}, if {best.words}: "
+        "errors may be those of the truth's description",
     )
 
 
-def _others(means: Mapping[str, Array], truth: Truth, time_s: Array) -> Iterator[tuple[float, str, float]]:
-    """Errors, m, by truths that are described otherwise; how, in words; and how much smaller they must be to tell."""
-    first_s = truth.time_s[0]
+def _others(means: Mapping[str, Array], truth: Truth, time_s: Array) -> Iterator[_Other]:
+    # What hardly moves is where it is, whenever that was.
+    known = {name: mean[np.isfinite(mean).all(axis=1)] for name, mean in means.items()}
+    moves = {name: float(np.linalg.norm(mean.std(axis=0))) for name, mean in known.items()}
+    lively = {name: mean for name, mean in means.items() if moves[name] >= MOVES * max(moves.values())}
+    track, as_is, first_s = np.stack(list(lively.values())), _at(truth, lively, time_s), truth.time_s[0]
     for lag_s in LAGS_S:
-        later = replace(truth, time_s=truth.time_s + lag_s)
-        yield _off(means, _at(later, means, time_s)), f"it came {lag_s:+.2f} s later (check truth.offset_s)", BETTER
+        later = _at(replace(truth, time_s=truth.time_s + lag_s), lively, time_s)
+        yield _other(track, as_is, later, f"it came {lag_s:+.2f} s later (check truth.offset_s)")
     for factor in FACTORS:
-        slower = replace(truth, time_s=first_s + factor * (truth.time_s - first_s))
+        slower = _at(replace(truth, time_s=first_s + factor * (truth.time_s - first_s)), lively, time_s)
         words = f"its times were {factor:g} times as far apart (check its rate, truth.rate_hz)"
-        yield _off(means, _at(slower, means, time_s)), words, BETTER
-    at = _at(truth, means, time_s)
-    yield _off(means, {joint: at.get(_other_side(joint), of) for joint, of in at.items()}), EXCHANGED, BETTER
-    for of, words, better in _turned(means, at):
-        # What is mirrored has its sides exchanged.
-        if words != MIRRORED or not any(joint.startswith(tuple(SIDES)) for joint in means):
-            yield of, words, better
+        yield _other(track, as_is, slower, words)
+    if all(_other_side(name) in truth.joints_m for name in lively):
+        exchanged = _at(truth, [_other_side(name) for name in lively], time_s)
+        yield _other(track, as_is, exchanged, EXCHANGED)
+    is_sided = any(name.startswith(tuple(SIDES)) for name in means)
+    yield from _moved(np.stack(list(means.values())), _at(truth, means, time_s), is_sided=is_sided)
 
 
-def _turned(means: Mapping[str, Array], at: Mapping[str, Array]) -> Iterator[tuple[float, str, float]]:
-    """By the turn, and the mirror image, that lay the truth's points on the track's best."""
-    track, truth = (np.concatenate([of[joint] for joint in means]) for of in (means, at))
-    known = np.isfinite(track + truth).all(axis=1)
+def _moved(track: Array, truth: Array, *, is_sided: bool) -> Iterator[_Other]:
+    """By the shift, turn and mirror image that lay the truth's points on the track's best."""
+    known = np.isfinite(track + truth).all(axis=-1)
+    if known.sum() < LEAST_FRAMES:
+        return
+    before = float(np.sqrt(((track - truth)[known] ** 2).sum(axis=1).mean()))
+    shift = (track[known] - truth[known]).mean(axis=0)
     track, truth = (points[known] - points[known].mean(axis=0) for points in (track, truth))
+    shifted = float(np.sqrt(((track - truth) ** 2).sum(axis=1).mean()))
+    if (far := float(np.linalg.norm(shift))) > ELSEWHERE_M:
+        yield _Other(
+            shifted, before, TURNED_BETTER, f"it lay {100 * far:.0f} cm elsewhere (check its origin, its unit)"
+        )
     left, _, right = np.linalg.svd(truth.T @ track)
-    sign = np.sign(np.linalg.det(left @ right))
-    for is_mirrored in (False, True):
-        turn = left @ np.diag([1.0, 1.0, -sign if is_mirrored else sign]) @ right
-        of = float(np.sqrt(((truth @ turn - track) ** 2).sum(axis=1).mean()))
+    sign = float(np.sign(np.linalg.det(left @ right)))
+    spreads = [np.linalg.svd(points, compute_uv=False) for points in (track, truth)]
+    flat = np.any([spread < FLAT * spread[0] for spread in spreads], axis=0)
+    for mirrored in (1.0, -1.0):
+        turn = left @ np.diag([1.0, 1.0, sign * mirrored]) @ right
+        off = float(np.sqrt(((truth @ turn - track) ** 2).sum(axis=1).mean()))
         deg = float(np.degrees(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0))))
-        if is_mirrored:
-            yield of, MIRRORED, TURNED_BETTER
-        elif deg > TURNED_DEG:
-            yield of, f"it were turned by {deg:.0f}° and moved (check its axes, truth.up)", TURNED_BETTER
+        if mirrored > 0 and deg > TURNED_DEG and not flat[1]:
+            words = f"it were turned by {deg:.0f}° and moved (check its axes, truth.up)"
+            yield _Other(off, min(before, shifted), TURNED_BETTER, words, HANDICAP_M)
+        if mirrored < 0 and not flat[2] and not is_sided:
+            yield _Other(off, min(before, shifted), TURNED_BETTER, MIRRORED, HANDICAP_M)
 
 
-def _other_side(joint: str) -> str:
-    side, _, of = joint.partition("_")
+def _other(track: Array, as_is: Array, other: Array, words: str) -> _Other:
+    """Of the frames in which all three are known; nothing where these are few."""
+    known = np.isfinite(track + as_is).all(axis=-1)
+    both = known & np.isfinite(other).all(axis=-1)
+    if both.sum() < max(1.0, BETTER * known.sum()):
+        return _Other(np.inf, 0.0, BETTER, words)
+    off, before = (float(np.sqrt(((track - at)[both] ** 2).sum(axis=1).mean())) for at in (other, as_is))
+    return _Other(off, before, BETTER, words)
+
+
+def _other_side(name: str) -> str:
+    side, _, of = name.partition("_")
     return f"{SIDES.get(side, side)}_{of}"
 
 
-def _at(truth: Truth, joints: Iterable[str], time_s: Array) -> dict[str, Array]:
-    return {joint: truth.at(joint, time_s) for joint in joints}
-
-
-def _off(means: Mapping[str, Array], at: Mapping[str, Array]) -> float:
-    """Root mean square distance, m; infinite where too few frames have both."""
-    squares = np.concatenate([((means[joint] - at[joint]) ** 2).sum(axis=1) for joint in means])
-    known = np.isfinite(squares)
-    if known.sum() < LEAST_FRAMES * max(1, len(means)) or known.mean() < BETTER:
-        return np.inf
-    return float(np.sqrt(squares[known].mean()))
+def _at(truth: Truth, joints: Mapping[str, Array] | list[str], time_s: Array) -> Array:
+    """`(J, T, 3)`."""
+    return np.stack([truth.at(joint, time_s) for joint in joints])

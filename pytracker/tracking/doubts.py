@@ -170,7 +170,8 @@ def _of_setup(track: ArmTrack) -> tuple[str, ...]:
     surprising = [found for found in told if found.surprise > SURPRISING]
     if not surprising or len(track.time_s) < LEAST_FRAMES:
         return ()
-    worst = max(surprising, key=lambda found: found.surprise)
+    surprising.sort(key=lambda found: -found.surprise)
+    worst = surprising[0]
     return (
         f"{where_of(track.recording)}: camera and IMU agree better with another {worst.what}, by {worst.change:+.3g} ± "
         f"{worst.sd:.2g} {worst.unit}, expected at most ± {SURPRISING * worst.change_sd:.2g} {worst.unit}: check "
