@@ -154,7 +154,7 @@ def _ordered(path: Path, rows: dict[int, list[Array]], model: str, named: tuple[
         raise InputError(f"{path}: people have {sorted(counts)} keypoints, expected the same of each")
     count = counts.pop()
     if named and len(named) != count:
-        raise InputError(f"{path}: people have {count} keypoints, expected {len(named)} as keypoint_id2name has")
+        raise InputError(f"{path}: people have {count} keypoints, expected {len(named)} as it names joints")
     order = named or model_of(path, model, count, [person for people in rows.values() for person in people])
     frames = sorted(rows)
     people = min(MOST_PEOPLE, max(len(rows[frame]) for frame in frames))

@@ -21,9 +21,8 @@ __all__ = ["from_columns", "numbers_in", "read_table", "read_trc_keypoints", "ro
 
 LARGEST_SHARE = 1.5
 """Of a picture's width or height: most points lie in it, and the others, such as feet, not far outside."""
-NOTHING = 1e-6
-MOST = 0.75
-"""So many of a table's numbers are no larger."""
+NOTHING, MOST = 1e-6, 0.75
+"""Of a table's numbers that are larger than the one such a share is looked at."""
 LEAST_PX = 20.0
 """A person whose points all lie nearer to the corner is in metres."""
 
