@@ -20,6 +20,7 @@ from pytracker.recording.load import load
 from pytracker.recording.recording import Recording
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
+from pytracker.scores.agreement import disagreement
 from pytracker.scores.evaluate import evaluate
 from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.track import track
@@ -124,7 +125,8 @@ def _one(
         write_report([result], out / name, force=force, page=page)
     except (InputError, TrackingError, OSError, MemoryError) as error:
         return Outcome(folder, said=(str(error) or type(error).__name__,), failed=True)
-    said = (*((result.lost,) if result.lost else ()), *unbelieved(result), *recording.warnings, *result.doubts)
+    doubts = (*result.doubts, *disagreement(result, recording.truth))
+    said = (*((result.lost,) if result.lost else ()), *unbelieved(result), *recording.warnings, *doubts)
     failed = bool(result.lost) or is_unusable(result)
     return Outcome(folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), said, failed)
 

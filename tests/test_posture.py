@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import learn_posture
 import numpy as np
@@ -48,10 +49,18 @@ def test_people_do_what_they_are_asked() -> None:
     assert np.degrees(np.arctan2(-across[2], across[0])) == pytest.approx(40.0, abs=6.0)
 
 
-@pytest.mark.parametrize(("name", "value"), [("movement", "swimming"), ("turned_deg", 120.0)])
-def test_what_nobody_does_is_refused(name: str, value: object) -> None:
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [
+        ("movement", {"movement": "swimming"}),
+        ("turned_deg", {"turned_deg": 120.0}),
+        ("movement", {"movement": "waving", "skeleton": "a.asf", "motion": "a.amc"}),
+        ("turned_deg", {"turned_deg": 10.0, "skeleton": "a.asf", "motion": "a.amc"}),
+    ],
+)
+def test_what_nobody_does_is_refused(name: str, more: dict[str, Any]) -> None:
     with pytest.raises(pt.InputError, match=name):
-        pt.BodyScene(**{name: value})  # type: ignore[arg-type]
+        pt.BodyScene(**more)
 
 
 @pytest.fixture(scope="module")

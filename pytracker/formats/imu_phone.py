@@ -179,7 +179,7 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
         return total
     acc, gravity = _found(files, LINEAR, "acc"), _found(files, OF_GRAVITY, "acc")
     if acc is None:
-        there = ", ".join(path.name for path in files.values()) or "no CSV file"
+        there = ", ".join(sorted(path.name for path in folder.glob("*.csv"))[:6]) or "no CSV file"
         raise InputError(
             f"{folder}: a folder with {there}, expected a phone's: Accelerometer.csv and Gyroscope.csv, with "
             "TotalAcceleration.csv or Gravity.csv of Sensor Logger; or WristMotion.csv of a watch"
