@@ -139,8 +139,9 @@ def test_people_are_found_offline(
 def test_from_a_video_to_a_track(shared: Callable[[str], Path], tmp_path: Path) -> None:
     """A real person's video, its calibration as it is, her height: four commands, and nothing is lost.
 
-    Measured, three seeds: right wrist 4.1, 3.9, 10.3 cm (a forearm's two ways out of the picture are as likely;
-    another processor's keypoints gave 2.5), left 14 (in depth; across the picture 1.8); the first pose held 7.9 and 37.
+    Measured, three seeds: right wrist 3.9, 5.5, 6.5 cm (a forearm's two ways out of the picture are nearly as likely;
+    4.1, 3.9, 10.3 before it was known how people hold their arms), left 9.8, 10.7, 12.1 (in depth; 14 before); bands
+    100 %; the first pose held 7.9 and 37.
     """
     clips = shared("data/people/gestures")
     folder = tmp_path / "person"
@@ -163,8 +164,11 @@ def test_from_a_video_to_a_track(shared: Callable[[str], Path], tmp_path: Path) 
         scores, held = json.loads((out / "scores.json").read_text()).values()
         each.append(scores["joints"])
     assert held["joints"]["left_wrist"]["lost_share"] > 0.4
-    for joint, error_m in {"right_wrist": 0.045, "left_wrist": 0.18, "right_elbow": 0.045, "left_elbow": 0.06}.items():
-        assert np.median([found[joint]["median_m"] for found in each]) < error_m, joint
+    for joint, error_m in {"right_wrist": 0.06, "left_wrist": 0.14, "right_elbow": 0.035, "left_elbow": 0.055}.items():
+        medians = [found[joint]["median_m"] for found in each]
+        assert np.median(medians) < error_m, joint
+        assert max(medians) < 1.5 * error_m, joint
+        assert min(min(found[joint]["coverage"]) for found in each) > 0.9, joint
         assert max(found[joint]["across_m"] for found in each) < 0.03, joint
         assert max(found[joint]["lost_share"] for found in each) == 0.0, joint
 
