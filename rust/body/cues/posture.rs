@@ -2,7 +2,7 @@
 //!
 //! Not in the paper. One camera hardly tells whether a limb leans towards it or away; people hold their forearms before
 //! the body, and where their upper arms are tells where their forearms may be. A mixture of Gaussians over the directions of
-//! upper arm and forearm, seen from the trunk ([`super::posture_table`]), and beside it, with a share of a tenth, any other.
+//! upper arm and forearm, seen from the trunk (`posture_table.rs`), and beside it, with a share of a tenth, any other.
 
 use super::super::figure::Figure;
 use super::super::joints::{Group, KEY_JOINTS};
