@@ -26,7 +26,7 @@ from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
 from pytracker.report.labels import HELD
-from pytracker.report.tables import plain, read_run, read_track, require_run_of
+from pytracker.report.tables import of_another_run, plain, read_run, read_track
 from pytracker.scores.agreement import disagreement
 from pytracker.scores.evaluate import held
 from pytracker.tracking.doubts import is_unusable, unbelieved
@@ -223,7 +223,7 @@ def evaluate(
     recording = pt.load(folder)
     files = [path / "track.csv" if path.is_dir() else path for path in results]
     for file in files:
-        warn(require_run_of(file, recording))
+        warn(of_another_run(file, recording))
     tracks = [read_track(file, recording.camera) for file in files]
     for file, scored in zip(files, tracks, strict=True):
         warn(tuple(f"{file}: {words}" for words in disagreement(scored, recording.truth)))

@@ -89,7 +89,7 @@ def frames_of(path: Path, column: Sequence[str]) -> Numbers:
         return np.arange(len(column), dtype=np.int64)
     found = np.array([_number(cell) for cell in column])
     if not np.isfinite(found).any():
-        found = _in_names(column)
+        found = np.array([np.nan if number is None else number for number in numbers_of(column)], dtype=np.float64)
     is_whole = np.isfinite(found) & (found == np.rint(found)) & (found >= 0) & (found <= MOST_FRAMES)
     is_next = np.concatenate([is_whole[:1], is_whole[1:] & (np.diff(found) > 0)])
     if not is_next.all():
@@ -97,17 +97,6 @@ def frames_of(path: Path, column: Sequence[str]) -> Numbers:
         is_what = column[k][:60] or "not there"
         raise InputError(f"{path}: the frame of its row {k + 1} is {is_what}, expected whole numbers that increase")
     return found.astype(np.int64)
-
-
-def _in_names(column: Sequence[str]) -> Array:
-    """The last number in every name that counts on; else the last `(T,)`."""
-    runs = [re.findall(r"\d+", PICTURE.sub("", cell)) for cell in column]
-    if len({len(found) for found in runs}) == 1:
-        table = np.array(runs, dtype=np.float64).reshape(len(runs), -1)
-        counting = np.flatnonzero((np.diff(table, axis=0) > 0).all(axis=0))
-        if len(runs) > 1 and counting.size:
-            return np.asarray(table[:, counting[-1]])
-    return np.array([float(found[-1]) if found else np.nan for found in runs])
 
 
 def numbers_of(names: Sequence[str]) -> list[int | None]:

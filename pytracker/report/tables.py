@@ -34,10 +34,10 @@ from pytracker.tracking.tracks import JointTrack, Track
 
 __all__ = [
     "TrackFile",
+    "of_another_run",
     "plain",
     "read_run",
     "read_track",
-    "require_run_of",
     "write_metadata",
     "write_motion",
     "write_scores",
@@ -207,7 +207,7 @@ def read_run(folder: Path, recording: Recording, number: int = 1) -> tuple[Metho
     return method_of_class(method, parameters), seed
 
 
-def require_run_of(file: Path, recording: Recording) -> tuple[str, ...]:
+def of_another_run(file: Path, recording: Recording) -> tuple[str, ...]:
     """What is odd about scoring a track by this recording; other files than its video may have been added since.
 
     Raises `InputError` where `metadata.json` beside it is of a run on another video, of another length: one that was

@@ -36,6 +36,7 @@ MOVES = 0.5
 """Joints that move so much of what the liveliest does are looked at, where it is about times."""
 SIDES = {"left": "right", "right": "left"}
 HANDICAP_M = 0.01
+"""A turn must explain it better than a lag by so much: what goes round is turned as it is late."""
 MIRRORED = "it were mirrored (check its axes, truth.up)"
 EXCHANGED = "left and right were exchanged (check truth.markers; is it mirrored?)"
 
@@ -44,7 +45,7 @@ EXCHANGED = "left and right were exchanged (check truth.markers; is it mirrored?
 class _Other:
     """Another description: errors by it and as it is, of the same frames, m; what makes it believed; in words.
 
-    Of two that explain it as well the one with less of a `handicap_m` is told: a turn of what goes round is a lag, too.
+    Of two that explain it as well the one with less of a `handicap_m` is told.
     """
 
     off_m: float
