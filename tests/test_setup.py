@@ -16,6 +16,7 @@ import pytracker as pt
 from pytracker.cli.entry import app
 from pytracker.evidence import sight
 from pytracker.evidence.coloured import LEAST_AREA_PX, MOST_AREA_SHARE, _largest, find_candidates
+from pytracker.evidence.lag import find_lags
 from pytracker.formats.imu import read_imu
 from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
 from pytracker.formats.imu_gravity import GRAVITY
@@ -24,7 +25,6 @@ from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vect
 from pytracker.setup.check_worn import given_axis
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
-from pytracker.setup.lag import find_lags
 from pytracker.setup.worn import mount_of
 
 SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"

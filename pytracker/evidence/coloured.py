@@ -1,7 +1,7 @@
 """Coloured things that move in a video: one of them is the patch.
 
 Each band of hues is looked at by itself: its largest connected piece must be there in most frames, keep its size, and
-move. Which of them is the patch is told by what moves with the IMU (`pytracker.setup.lag`).
+move. Which of them is the patch is told by what moves with the IMU (`pytracker.evidence.lag`).
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
+from pytracker.evidence.lag import GRID_S, banded, find_lags
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.formats.imu_log import ImuLog
@@ -27,7 +28,6 @@ from pytracker.setup.check_imu import check_imu, check_others
 from pytracker.setup.check_worn import check_clock, check_worn, given_axis
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding, Verdict
-from pytracker.setup.lag import GRID_S, banded, find_lags
 from pytracker.setup.worn import Worn
 from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.found import Found, found_by

@@ -10,6 +10,7 @@ from pytracker._core import InputError, check_camera
 from pytracker.evidence.ahead import ahead
 from pytracker.evidence.camshift import track_patch
 from pytracker.evidence.coloured import Candidate, find_candidates
+from pytracker.evidence.lag import find_lags
 from pytracker.evidence.landmarks import wrist_seen
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.keypoints import Keypoints
@@ -21,7 +22,6 @@ from pytracker.recording.truth import UP
 from pytracker.rotation import Array
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding
-from pytracker.setup.lag import find_lags
 from pytracker.setup.upright import axis_up
 
 __all__ = ["camera_of", "check_patch", "check_pose", "check_up", "check_video", "follow"]

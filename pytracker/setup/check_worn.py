@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.evidence.lag import Lag
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
 from pytracker.setup.findings import Finding
-from pytracker.setup.lag import Lag
 from pytracker.setup.worn import CLEAR, KIND, Worn, find_worn, is_same, lags_of, mount_of, weighed
 
 __all__ = ["check_clock", "check_worn", "given_axis"]

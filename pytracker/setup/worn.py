@@ -1,6 +1,6 @@
 """How a forearm's IMU is worn and set up: clock, heading and the axis along the forearm, found from a whole recording.
 
-Coarse first: lags from `pytracker.setup.lag`, headings by what the camera should then have seen, each of six axes of
+Coarse first: lags from `pytracker.evidence.lag`, headings by what the camera should then have seen, each of six axes of
 the sensor along the forearm. Then each is weighed by how well a filter that is held by the arm's length explains the
 patch, and the best are moved in small steps to where they explain it best.
 """
@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
+from pytracker.evidence.lag import GRID_S, Lag, banded, find_lags
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.imu_gravity import GRAVITY
 from pytracker.methods.arm import Ekf
@@ -29,7 +30,6 @@ from pytracker.rotation import (
     rotation_vector_to_quaternion,
     triple,
 )
-from pytracker.setup.lag import GRID_S, Lag, banded, find_lags
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 

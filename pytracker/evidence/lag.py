@@ -13,7 +13,7 @@ import numpy as np
 
 from pytracker.rotation import Array
 
-__all__ = ["GRID_S", "Lag", "banded", "find_lags"]
+__all__ = ["EDGE_S", "GRID_S", "Lag", "banded", "explained_by", "find_lags"]
 
 GRID_S = 0.02
 BAND_HZ = (0.3, 4.0)
@@ -83,7 +83,7 @@ def find_lags(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) 
     if len(camera) < 3 * edge or len(imu) < 3 * edge:
         return ()
     camera, imu = camera[edge:-edge], imu[edge:-edge]
-    explained, overlap = _explained(camera, imu)
+    explained, overlap = explained_by(camera, imu)
     least = max(LEAST_OVERLAP_S, LEAST_SHARE * GRID_S * min(len(camera), len(imu)))
     worth = np.where(overlap * GRID_S >= least, -np.log1p(-np.minimum(explained, MOST_EXPLAINED)) * overlap, 0.0)
     # Position k: the camera's first sample is met by the IMU's number k - (len(camera) - 1).
@@ -100,7 +100,7 @@ def find_lags(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) 
     return tuple(found)
 
 
-def _explained(camera: Array, imu: Array) -> tuple[Array, Array]:
+def explained_by(camera: Array, imu: Array) -> tuple[Array, Array]:
     """At every shift: share of the camera's square that a linear map of the IMU explains; how many samples overlap."""
     count = len(camera) + len(imu) - 1
     shift = np.arange(count) - (len(camera) - 1)
