@@ -131,3 +131,20 @@ def test_a_slow_reach_of_minutes_is_not_taken_for_another_camera() -> None:
     assert distance.surprise > 2.0
     assert not distance.is_told
     assert pt.doubts(track) == ()
+
+
+def test_a_patch_that_sits_elsewhere_along_the_forearm_is_told() -> None:
+    """The wrist is off by as much, and every frame is valid."""
+    simulation = ArmSimulation(pt.ArmScene(pattern="gesture", duration_s=20.0, worn=True), 3)
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    recording = simulation.recording()
+    assert pt.doubts(pt.track(recording, pt.Smooth(), sightings=sightings)) == ()
+    for along_m, where in ((0.07, "nearer the hand"), (-0.07, "nearer the elbow")):
+        offset = (0.0, along_m, 0.0)
+        camera = dataclasses.replace(recording.views[0].camera, patch_offset_m=offset)
+        moved = dataclasses.replace(recording, views=(dataclasses.replace(recording.views[0], camera=camera),))
+        (said,) = pt.doubts(pt.track(moved, pt.Smooth(), sightings=sightings))
+        assert "camera and IMU agree better with a patch about" in said
+        assert where in said
+        assert "check patch_offset_m" in said
+        assert 3 <= int(said.split("about ")[1].split(" cm")[0]) <= 11

@@ -23,6 +23,7 @@ from pytracker.tracking.arm import JITTERY, ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_doubts import of_body
 from pytracker.tracking.found import found_by
+from pytracker.tracking.patch_place import of_patch_place
 from pytracker.tracking.pauses import of_pauses
 from pytracker.tracking.rates import of_rates
 from pytracker.tracking.suspects import MIRRORED, suspects
@@ -83,17 +84,17 @@ def doubts(track: Track) -> tuple[str, ...]:
     An arm's patch should move as its sensor does at the rates that are given (`of_rates`). Its first `MOST_FRAMES`
     frames are tracked again under other descriptions (`suspects`): heading, clock, mount, lengths, shoulder, camera, a
     mirrored picture; by `PROBE`, some of them by `HELD` too. Where it was smoothed, lengths, shoulder and cameras
-    should be what they are said to be. Where nothing of this was said, its elbow should hang below the line from
-    shoulder to wrist; a sensor on the upper arm should point along it. A body's key joints should have foreground
-    about them, and its head be where the person's is. Of either, frames should
-    follow each other without long pauses.
+    should be what they are said to be, and the patch where it is said to be. Where nothing of this was said, its elbow
+    should hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. A body's key
+    joints should have foreground about them, and its head be where the person's is. Of either, frames should follow
+    each other without long pauses.
     """
     return ()
 
 
 @doubts.register
 def _(track: ArmTrack) -> tuple[str, ...]:
-    described = of_rates(track) or _of_arm_alone(track) or _of_elbow(track)
+    described = of_rates(track) or _of_arm_alone(track) or of_patch_place(track) or _of_elbow(track)
     return *of_pauses(track), *_of_jitter(track), *described, *of_upper_arm(track)
 
 
