@@ -224,6 +224,22 @@ def test_everything_hidden_is_found_by_init_and_check(simulated: Path, tmp_path:
     assert as_found < max(1.6 * as_true, 0.06)
 
 
+def test_of_a_video_of_another_rate_no_heading_is_written(simulated: Path, tmp_path: Path) -> None:
+    """Frames that were lost, and written at the rate that was wished for: a heading of -144 ± 1° explained most."""
+    rows = hidden(rows_of(simulated), 12.4, 131.0, np.array([1.0, 0.0, 0.0, 0.0]))
+    rows[:, 0] *= 1.1
+    known = known_file(simulated, tmp_path / "known.toml")
+    imu = written(rows, tmp_path / "imu.csv")
+    pt.setup.init(tmp_path / "recording", video=simulated / "video.mp4", imu=imu, camera=known)
+    found = pt.setup.check(tmp_path / "recording", write=True).findings
+    (rates,) = (finding for finding in found if finding.what == "rates of video and IMU")
+    assert rates.verdict == "wrong"
+    assert "the IMU's clock goes 9.0% faster than the video's" in rates.evidence
+    draft = Draft(tmp_path / "recording")
+    assert draft.get("imu.heading_deg") is None
+    assert draft.get("imu.mount") is None
+
+
 def test_where_a_circle_fits_two_mounts_the_elbow_tells(tmp_path: Path) -> None:
     """A mount that is 80° off explains this circle better; its elbow is above the line from shoulder to wrist."""
     true = pt.simulate_arm(tmp_path / "true", pt.ArmScene(worn=True, pattern="circle"), 102)

@@ -207,7 +207,8 @@ def _by_outline(draft: Draft, skeleton: Skeleton, view: BodyView, focal_sd: floa
 def _written(draft: Draft, pose: FoundPose, words: str, inputs: str) -> Finding:
     """What should stand in the folder, where nothing of the user's own stands there."""
     if (draft.folder / INITIAL).exists() and not is_as_found(draft.folder / INITIAL):
-        return Finding("first pose", "doubtful", f"{words}; {INITIAL} is there already and is not replaced")
+        words += f"; {INITIAL} is there already: name it (initial.angles), or remove it to have this one written"
+        return Finding("first pose", "doubtful", words)
     if draft.get("initial.angles") is not None:
         words += f"; the one in {INITIAL} was found with another camera, height or keypoints"
     values: dict[str, object] = {"initial.angles": INITIAL}

@@ -22,10 +22,10 @@ from pytracker.rotation import Array
 from pytracker.tracking.arm import JITTERY, ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_doubts import of_body
+from pytracker.tracking.clocks import of_clocks
 from pytracker.tracking.found import found_by
 from pytracker.tracking.patch_place import of_patch_place
 from pytracker.tracking.pauses import of_pauses
-from pytracker.tracking.rates import of_rates
 from pytracker.tracking.suspects import MIRRORED, suspects
 from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track, where_of
@@ -81,7 +81,7 @@ FEW_VALID = 0.5
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
-    An arm's patch should move as its sensor does at the rates that are given (`of_rates`). Its first `MOST_FRAMES`
+    An arm's patch should move as its sensor does by the clocks that are given (`of_clocks`). Its first `MOST_FRAMES`
     frames are tracked again under other descriptions (`suspects`): heading, clock, mount, lengths, shoulder, camera, a
     mirrored picture; by `PROBE`, some of them by `HELD` too. Where it was smoothed, lengths, shoulder and cameras
     should be what they are said to be, and the patch where it is said to be. Where nothing of this was said, its elbow
@@ -94,7 +94,7 @@ def doubts(track: Track) -> tuple[str, ...]:
 
 @doubts.register
 def _(track: ArmTrack) -> tuple[str, ...]:
-    described = of_rates(track) or _of_arm_alone(track) or of_patch_place(track) or _of_elbow(track)
+    described = of_clocks(track) or _of_arm_alone(track) or of_patch_place(track) or _of_elbow(track)
     return *of_pauses(track), *_of_jitter(track), *described, *of_upper_arm(track)
 
 

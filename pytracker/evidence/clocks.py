@@ -1,0 +1,110 @@
+"""Whether a video's and an IMU's clocks go together: a patch's way laid over the IMU's, at other rates and other times.
+
+A video whose frame rate is told wrongly, or a sensor's file whose rate is, has a clock that is right at one moment
+only; two files that were started by hand have one that is right at none. As with a lag (`pytracker.evidence.lag`)
+neither camera, heading nor mount need to be known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.evidence.lag import EDGE_S, GRID_S, LEAST_OVERLAP_S, MOST_EXPLAINED, banded, explained_by
+from pytracker.rotation import Array
+
+__all__ = ["Clock", "find_clock"]
+
+MOST, STEP = 0.25, 0.005
+"""Rates from 24 frames/s for 30, to those so near that a minute does not tell them apart."""
+FIRST_S = 60.0
+NEAR_S = 0.6
+"""A clock that is nearer than this to one that is given is the one that is given, or at another rate."""
+LEAST_S = 8.0
+"""Less fits at many a rate and time."""
+LEAST_EXPLAINED = 0.6
+"""Where less is explained at any, something else is wrong, or nothing moves."""
+
+
+@dataclass(frozen=True)
+class Clock:
+    """A clock of the IMU that lays it over the picture.
+
+    Attributes:
+        slower: by so large a share more time passes between the IMU's samples than is given.
+        later_s: so much has to be added to the IMU's times.
+        explained: share of the movement in the picture that the IMU's movement explains.
+        worth_s: minus the logarithm of what is left unexplained, times the seconds that are laid over each other.
+    """
+
+    slower: float
+    later_s: float
+    explained: float
+    worth_s: float
+
+
+NONE = Clock(0.0, 0.0, 0.0, 0.0)
+"""A clock by which nothing is explained."""
+
+
+def find_clock(
+    frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array, near_s: float = NEAR_S
+) -> tuple[Clock, Clock] | None:
+    """The best clock within `near_s` at the rates that are given, and the best of all that are tried.
+
+    Tried are other rates within `near_s`, and at the given rates every time. None where too little is seen or
+    explained, or the best is at the last rate that is tried. `pixels` `(T, 2)` are where the patch was at `frame_s`;
+    `acceleration` `(M, 3)` is the IMU's at `imu_s`, by the video's clock as far as it is known, in an earth frame
+    without gravity.
+    """
+    first = frame_s <= frame_s[0] + FIRST_S
+    seen = np.isfinite(pixels[first]).all(axis=1)
+    if seen.sum() < 2 or seen.mean() * np.ptp(frame_s[first]) < LEAST_S or len(imu_s) < 2:
+        return None
+    camera_s, camera = banded(frame_s[first], pixels[first])
+    edge = round(EDGE_S / GRID_S)
+    steps = round(MOST / STEP)
+    tried = [
+        _laid(camera_s, camera[edge:-edge], imu_s, acceleration, STEP * step, near_s)
+        for step in range(-steps, steps + 1)
+    ]
+    given = max((clock for clock in tried[steps] if abs(clock.later_s) < near_s), key=_worth, default=NONE)
+    near = [clock for clocks in tried for clock in clocks if abs(clock.later_s) < near_s]
+    best = max((*near, *tried[steps]), key=_worth, default=NONE)
+    if best.explained < LEAST_EXPLAINED or abs(best.slower) > MOST - STEP:
+        return None
+    return given, best
+
+
+def _worth(clock: Clock) -> float:
+    return clock.worth_s
+
+
+def _laid(
+    camera_s: float, camera: Array, imu_s: Array, acceleration: Array, slower: float, near_s: float
+) -> list[Clock]:
+    """At a rate: the best clock near the one that is given, and the best of all others."""
+    imu_start, imu = banded(imu_s + slower * (imu_s - camera_s), acceleration, integrations=2)
+    edge = round(EDGE_S / GRID_S)
+    if len(imu) < 3 * edge:
+        return []
+    share, overlap = explained_by(camera, imu[edge:-edge])
+    # Position k: the camera's first sample is met by the IMU's number k - (len(camera) - 1).
+    later_s: Array = camera_s - imu_start - GRID_S * np.arange(1.0 - len(camera), len(share) - len(camera) + 1.0)
+    laid_s = GRID_S * overlap
+    is_near = np.abs(later_s) < near_s
+    is_laid = laid_s > np.where(is_near, LEAST_OVERLAP_S, LEAST_S)
+    worth_s = np.where(is_laid, -np.log1p(-np.minimum(share, MOST_EXPLAINED)) * laid_s, -np.inf)
+    return list(_best(slower, later_s, share, worth_s, (is_near, ~is_near)))
+
+
+def _best(
+    slower: float, later_s: Array, share: Array, worth_s: Array, among: tuple[NDArray[np.bool_], ...]
+) -> Iterator[Clock]:
+    for some in among:
+        k = int(np.where(some, worth_s, -np.inf).argmax())
+        if some[k] and np.isfinite(worth_s[k]):
+            yield Clock(slower, float(later_s[k]), float(share[k]), float(worth_s[k]))

@@ -1,0 +1,48 @@
+"""Whether an arm's video and its sensor go together: by other clocks a track is off, and as sure of itself as any."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pytracker.evidence.clocks import Clock, find_clock
+from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.rotation import rotate
+from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.tracks import where_of
+
+__all__ = ["is_another", "of_clocks", "words_of"]
+
+BETTER_S = 8.0
+"""By so much another clock must be worth more: over right ones, worn and captured, one of another rate was by 6.0."""
+TIMES_LEFT = 0.6
+"""And one that is seconds off must leave far less, as logarithms: movements come round again."""
+
+
+def is_another(given: Clock, best: Clock) -> bool:
+    """Whether the best clock is so much better that the given one is wrong."""
+    if best.worth_s - given.worth_s < BETTER_S:
+        return False
+    return best.slower != 0.0 or np.log1p(-given.explained) > TIMES_LEFT * np.log1p(-best.explained)
+
+
+def of_clocks(track: ArmTrack) -> tuple[str, ...]:
+    """A sentence where the sensor moves as the patch does at another rate, or at another time."""
+    imu, sightings = track.recording.imus[0], track.sightings
+    acceleration = rotate(imu.q_world_segment, imu.acc) - np.array([0.0, 0.0, GRAVITY])
+    clocks = find_clock(sightings.time_s, sightings.pixels[:, 0], imu.time_s, acceleration)
+    if clocks is None or not is_another(*clocks):
+        return ()
+    return (f"{where_of(track.recording)}: {words_of(*clocks)}",)
+
+
+def words_of(given: Clock, best: Clock) -> str:
+    """A sentence with numbers, of a clock that is another than the given one."""
+    if best.slower == 0.0:
+        change, check = f"is moved by {best.later_s:+.2f} s", "offset_s"
+    else:
+        change = f"goes {abs(best.slower):.1%} {'slower' if best.slower > 0 else 'faster'} than the video's"
+        check = "the video's frame rate and the IMU's rate_hz or drift_ppm"
+    return (
+        f"the patch moves as the IMU does where the IMU's clock {change} ({best.explained:.1%} of its way in the "
+        f"picture is explained then, {given.explained:.1%} as it is): check {check}"
+    )

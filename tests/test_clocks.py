@@ -1,0 +1,103 @@
+"""A clock or a rate that is told wrongly is told by what is seen and felt; right ones are left alone."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.evidence.clocks import Clock, find_clock
+from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.rotation import rotate
+from pytracker.simulate.arm import ArmSimulation
+from pytracker.tracking.clocks import is_another
+
+
+def simulated(pattern: str, duration_s: float, seed: int) -> tuple[pt.ArmRecording, pt.Sightings]:
+    """A worn recording, and its patch's centres, 2 px."""
+    simulation = ArmSimulation(pt.ArmScene(pattern=pattern, duration_s=duration_s, worn=True), seed)
+    return simulation.recording(), pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+
+
+def found(
+    recording: pt.ArmRecording, sightings: pt.Sightings, faster: float = 0.0, early_s: float = 0.0
+) -> tuple[Clock, Clock] | None:
+    """Of a sensor whose samples are said to be so much nearer to each other than they are, and so early."""
+    imu = recording.imus[0]
+    acceleration = rotate(imu.q_world_segment, imu.acc) - [0.0, 0.0, GRAVITY]
+    told_s = imu.time_s[0] + (imu.time_s - imu.time_s[0]) / (1.0 + faster) - early_s
+    return find_clock(sightings.time_s, sightings.pixels[:, 0], told_s, acceleration)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle", "reach", "gesture"])
+def test_right_clocks_are_left_alone(pattern: str) -> None:
+    for duration_s, seed in ((10.0, 11), (20.0, 12), (40.0, 13)):
+        clocks = found(*simulated(pattern, duration_s, seed))
+        assert clocks is None or not is_another(*clocks)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle", "reach", "gesture"])
+def test_a_sensor_that_is_there_for_a_part_is_left_alone(pattern: str) -> None:
+    """It starts late, and goes on for long after: elsewhere more of it could be laid over."""
+    recording, sightings = simulated(pattern, 40.0, 21)
+    imu = recording.imus[0]
+    late = imu.time_s > 8.0
+    q, acc = np.ascontiguousarray(imu.q_world_segment[late]), np.ascontiguousarray(imu.acc[late])
+    imu = dataclasses.replace(imu, time_s=imu.time_s[late], acc=acc, gyr=None, q_world_segment=q)
+    until = int(np.searchsorted(sightings.time_s, 18.0))
+    early = pt.Sightings(sightings.time_s[:until], sightings.pixels[:until], sightings.reasons[:until])
+    clocks = found(dataclasses.replace(recording, imus=(imu,)), early)
+    assert clocks is None or not is_another(*clocks)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle", "gesture"])
+@pytest.mark.parametrize("faster", [-0.04, 0.03, 0.2])
+def test_a_rate_that_is_off_is_found(pattern: str, faster: float) -> None:
+    """29 frames/s for 30, and 25 for 30."""
+    for seed in (14, 15):
+        clocks = found(*simulated(pattern, 40.0, seed), faster)
+        assert clocks is not None
+        given, best = clocks
+        assert is_another(given, best)
+        assert best.slower == pytest.approx(faster, abs=0.008)
+        assert best.explained > given.explained
+
+
+@pytest.mark.parametrize("early_s", [-11.0, 1.3, 7.4])
+def test_a_clock_that_is_off_by_seconds_is_found(early_s: float) -> None:
+    for seed in (14, 15):
+        clocks = found(*simulated("gesture", 40.0, seed), early_s=early_s)
+        assert clocks is not None
+        given, best = clocks
+        assert is_another(given, best)
+        assert best.later_s == pytest.approx(early_s, abs=0.08)
+        assert best.slower == 0.0
+
+
+def test_what_is_hardly_seen_or_too_short_says_nothing() -> None:
+    recording, sightings = simulated("circle", 20.0, 16)
+    hidden = np.where(np.arange(len(sightings.time_s))[:, None, None] % 3 == 0, sightings.pixels, np.nan)
+    assert found(recording, dataclasses.replace(sightings, pixels=hidden)) is None
+    assert found(*simulated("circle", 7.0, 16)) is None
+    still = dataclasses.replace(sightings, pixels=np.full_like(sightings.pixels, 100.0))
+    assert found(recording, still) is None
+
+
+def test_a_video_of_another_rate_is_told_and_nothing_else_is_blamed() -> None:
+    recording, sightings = simulated("rectangle", 20.0, 17)
+    assert pt.doubts(pt.track(recording, pt.Mixture(), sightings=sightings)) == ()
+    slower = dataclasses.replace(sightings, time_s=sightings.time_s * 1.03)
+    (said,) = pt.doubts(pt.track(recording, pt.Mixture(), sightings=slower))
+    assert "the patch moves as the IMU does where the IMU's clock goes" in said
+    assert "slower than the video's" in said
+    assert "check the video's frame rate and the IMU's rate_hz or drift_ppm" in said
+
+
+def test_a_clock_that_is_off_by_seconds_is_told() -> None:
+    recording, sightings = simulated("gesture", 30.0, 18)
+    imu = recording.imus[0]
+    early = dataclasses.replace(recording, imus=(dataclasses.replace(imu, time_s=imu.time_s - 2.5),))
+    said = pt.doubts(pt.track(early, pt.Mixture(), sightings=sightings))
+    assert any("IMU's clock is moved by +2.5" in words and "check offset_s" in words for words in said)
