@@ -18,6 +18,7 @@ from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import Truth
 from pytracker.recording.schema import BodyTruthEntry, TruthEntry
+from pytracker.recording.truth_filled import without_filled
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
 
@@ -63,6 +64,7 @@ def load_points(
         )
     points: dict[str, Array] = {}
     gaps: dict[str, int] = {}
+    filled: dict[str, tuple[str, ...]] = {}
     for joint, of_joint in wanted.items():
         names = (of_joint,) if isinstance(of_joint, str) else of_joint
         if not names:
@@ -73,7 +75,9 @@ def load_points(
                     f"{path}: truth.markers.{joint} is {name!r}, expected a marker of {file}: "
                     f"{', '.join(found.positions_m)[:300]}"
                 )
-        middle = np.mean([found.positions_m[name] for name in names], axis=0)
+        measured = [without_filled(file, found, name) for name in names]
+        filled |= {name: words for name, (_, words) in zip(names, measured, strict=True)}
+        middle = np.mean([places for places, _ in measured], axis=0)
         points[joint] = middle @ to_up(entry.up or UP[kind], UP[kind]).T
         gaps[joint] = int(np.isnan(points[joint][:, 0]).sum())
     words = [
@@ -81,7 +85,11 @@ def load_points(
         for joint, count in gaps.items()
         if count
     ]
-    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), [*odd, *words]
+    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), [
+        *odd,
+        *(said for of in filled.values() for said in of),
+        *words,
+    ]
 
 
 def uncovered(file: Path, truth: Truth, video: Path, start_s: float) -> tuple[str, ...]:
