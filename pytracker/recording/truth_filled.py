@@ -25,7 +25,7 @@ STRAIGHT_M = 1e-5
 ROUNDED = 2.5
 """So many units of the last digit a second difference of rounded numbers may be off."""
 TREMBLES = 0.3
-"""Where no larger a share of a marker's other second differences is so small it trembles, and never goes straight on."""
+"""Where no larger a share of a marker's other second differences is so small it trembles, never going straight on."""
 CORNER, CORNER_DIGITS = 6.0, 5.0
 """Where it does not, they are so many times larger than usual where a filled run begins or ends, and than rounding."""
 JUMPS_M = 1.0
