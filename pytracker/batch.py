@@ -5,16 +5,14 @@ A recording that fails stops no other: its row says why.
 
 from __future__ import annotations
 
-import csv
-import io
 import multiprocessing
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 from pytracker._core import InputError, TrackingError
 from pytracker.methods.method import Method
+from pytracker.outcomes import Outcome, read_outcomes, table_of
 from pytracker.output import write_whole
 from pytracker.recording.load import load
 from pytracker.recording.recording import Recording
@@ -26,30 +24,7 @@ from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 
-__all__ = ["Outcome", "track_all"]
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What became of one recording.
-
-    Attributes:
-        recording: its folder.
-        result: name of the folder of its result; empty where there is none.
-        frames: how many.
-        valid: share of them that are valid.
-        error_m: 3-D RMS of the wrist of an arm, average of the joints of a body; None without truth.
-        said: warnings, doubts, or why it failed.
-        failed: whether there is no whole track, or one of which most frames are not valid.
-    """
-
-    recording: Path
-    result: str = ""
-    frames: int = 0
-    valid: float = 0.0
-    error_m: float | None = None
-    said: tuple[str, ...] = ()
-    failed: bool = False
+__all__ = ["track_all"]
 
 
 def track_all(
@@ -66,21 +41,23 @@ def track_all(
     """Track every recording into `out`/<its name>, `jobs` at a time, then write `out`/index.html and index.csv.
 
     `method_of` gives the method for a recording (it is sent to other processes). `done` is called with each
-    outcome as it comes, in the order of `folders`.
+    outcome as it comes, in the order of `folders`. What an earlier run left of a recording stays as it is without
+    `force`, and what it left of others stays in the table.
     """
     out.mkdir(parents=True, exist_ok=True)
-    names = _names(folders)
+    names, earlier = _names(folders), read_outcomes(out)
+    stays = {} if force else {folder: earlier[where] for folder in folders if (where := folder.resolve()) in earlier}
     outcomes = []
     threads = None if jobs == 1 else 1
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=context) as pool:
         tasks = [
-            pool.submit(_one, folder, out, name, method_of, seed, page, force, threads)
+            stays.get(folder) or pool.submit(_one, folder, out, name, method_of, seed, page, force, threads)
             for folder, name in zip(folders, names, strict=True)
         ]
         try:
             for task in tasks:
-                outcomes.append(task.result())
+                outcomes.append(task if isinstance(task, Outcome) else task.result())
                 if done is not None:
                     done(outcomes[-1])
         except BaseException:
@@ -89,8 +66,11 @@ def track_all(
             for child in multiprocessing.active_children():
                 child.terminate()
             raise
-    write_whole(out / "index.csv", _table(outcomes))
-    write_whole(out / "index.html", filled("batch.html", title="Recordings", outcomes=outcomes))
+    results, places = {one.result for one in outcomes}, {folder.resolve() for folder in folders}
+    others = [one for where, one in earlier.items() if where not in places and one.result not in results]
+    listed = [*outcomes, *others]
+    write_whole(out / "index.csv", table_of(listed, out))
+    write_whole(out / "index.html", filled("batch.html", title="Recordings", outcomes=listed))
     return outcomes
 
 
@@ -124,7 +104,8 @@ def _one(
             result = error.track
         write_report([result], out / name, force=force, page=page)
     except (InputError, TrackingError, OSError, MemoryError) as error:
-        return Outcome(folder, said=(str(error) or type(error).__name__,), failed=True)
+        left = (f"{name} holds what an earlier run found",) if (out / name).is_dir() else ()
+        return Outcome(folder, said=(str(error) or type(error).__name__, *left), failed=True)
     doubts = (*result.doubts, *disagreement(result, recording.truth))
     said = (*((result.lost,) if result.lost else ()), *unbelieved(result), *recording.warnings, *doubts)
     failed = bool(result.lost) or is_unusable(result)
@@ -136,15 +117,3 @@ def _error_m(result: Track) -> float | None:
         return evaluate(result, result.recording.truth).figure_m(result.judged_by)
     except InputError:
         return None
-
-
-def _table(outcomes: Sequence[Outcome]) -> str:
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["recording", "result", "failed", "frames", "valid", "error_m", "said"])
-    for one in outcomes:
-        error = "" if one.error_m is None else f"{one.error_m:.4f}"
-        # A cell that begins like a formula is none.
-        name = one.recording.name if one.recording.name[:1] not in "=+-@" else f"'{one.recording.name}"
-        writer.writerow([name, one.result, one.failed, one.frames, f"{one.valid:.4f}", error, " | ".join(one.said)])
-    return out.getvalue()

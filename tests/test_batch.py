@@ -43,9 +43,51 @@ def test_one_that_fails_stops_no_other(tmp_path: Path) -> None:
     alone = CliRunner().invoke(app, ["track", str(first), "--out", str(tmp_path / "alone"), "--no-report", "--quiet"])
     assert alone.exit_code == 0, alone.output
     assert (tmp_path / "alone" / "track.csv").read_bytes() == (out / "trial" / "track.csv").read_bytes()
-    again = CliRunner().invoke(app, ["track", *files, "--out", str(out), "--no-report", "--quiet"])
-    assert again.exit_code == 1
-    assert "already exists" in (out / "index.csv").read_text()
+
+
+def rows_of(out: Path) -> list[tuple[str, str, str, bool]]:
+    """Recording, result, failed, and whether it is of an earlier run."""
+    rows = csv.DictReader((out / "index.csv").read_text().splitlines())
+    return [(row["recording"], row["result"], row["failed"], "of an earlier run" in row["said"]) for row in rows]
+
+
+def test_what_an_earlier_run_left_stays_in_the_table(tmp_path: Path) -> None:
+    """A second run, after one was mended, called all others failed; of a part of them the others were gone."""
+    one = pt.simulate_arm(tmp_path / "one", pt.ArmScene(duration_s=2.0), 1)
+    two = Path(shutil.copytree(one, tmp_path / "two"))
+    alike = Path(shutil.copytree(one, tmp_path / "other" / "one"))
+    good = (two / "imu.csv").read_text()
+    (two / "imu.csv").write_text("time_s,acc_x\n")
+    out = tmp_path / "out"
+
+    def run(*folders: Path, force: bool = False) -> int:
+        arguments = ["track", *map(str, folders), "--out", str(out), "--no-report", "--quiet"]
+        return CliRunner().invoke(app, [*arguments, *(["--force"] if force else [])]).exit_code
+
+    assert run(one, two, alike) == 1
+    first = rows_of(out)
+    assert first == [("one", "one", "False", False), ("two", "", "True", False), ("one", "one-2", "False", False)]
+    (two / "imu.csv").write_text(good)
+    was = (out / "one" / "track.csv").stat().st_mtime_ns
+    assert run(one, two, alike) == 0
+    assert rows_of(out) == [
+        ("one", "one", "False", True),
+        ("two", "two", "False", False),
+        ("one", "one-2", "False", True),
+    ]
+    assert (out / "one" / "track.csv").stat().st_mtime_ns == was
+    # The other of one name is not taken for it, whatever place it has among them.
+    assert run(alike, two) == 0
+    assert rows_of(out) == [
+        ("one", "one-2", "False", True),
+        ("two", "two", "False", True),
+        ("one", "one", "False", True),
+    ]
+    (two / "imu.csv").write_text("time_s,acc_x\n")
+    assert run(one, two, force=True) == 1
+    text = (out / "index.csv").read_text()
+    assert "two holds what an earlier run found" in text
+    assert rows_of(out)[-1][:2] == ("one", "one-2")
 
 
 def test_one_of_no_use_has_failed_too(tmp_path: Path) -> None:

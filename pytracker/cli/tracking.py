@@ -14,7 +14,6 @@ import typer
 
 import pytracker as pt
 from pytracker import batch
-from pytracker.batch import Outcome
 from pytracker.cli import parameters
 from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
@@ -22,6 +21,7 @@ from pytracker.cli.terminal import frames_bar, print_comparison
 from pytracker.evidence.observations import shared_sightings
 from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method
+from pytracker.outcomes import Outcome
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
@@ -221,6 +221,7 @@ def evaluate(
 ) -> None:
     """Score track.csv files, and the first one's first pose, held, against the recording's truth; prints JSON."""
     recording = pt.load(folder)
+    warn(recording.warnings)
     files = [path / "track.csv" if path.is_dir() else path for path in results]
     for file in files:
         warn(of_another_run(file, recording))
