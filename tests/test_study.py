@@ -11,6 +11,7 @@ import pytest
 from study_cases import CIRCLE, METHODS, SCENE, asked, small
 
 import pytracker as pt
+from pytracker.scores.evaluate import held
 from pytracker.simulate import ArmSimulation
 from pytracker.study import Study, StudyRecording
 from pytracker.study import study as study_module
@@ -56,6 +57,7 @@ def test_table_says_what_the_scores_say(tmp_path: Path) -> None:
         "seed",
         "status",
         "error",
+        "said",
         *COLUMNS,
     ]
     assert len(written) == len(METHODS) * 2 * 3  # wrist, elbow, all
@@ -150,8 +152,10 @@ def test_where_takes_a_method_with_all_its_parameters(simulated_body: Path, tmp_
 
 
 @pytest.mark.parametrize(
-    "text", ["", "{", "[]", '{"status": "ok", "error": "", "rows": []}', '{"status": "ok", "error": "", "rows": [{}]}',
-             '{"status": "ok", "error": "", "rows": [1]}', '{"status": "failed", "error": "x", "rows": []}'],
+    "text", ["", "{", "[]", '{"status": "ok", "error": "", "said": "", "rows": []}',
+             '{"status": "ok", "error": "", "said": "", "rows": [{}]}', '{"status": "ok", "error": "", "rows": []}',
+             '{"status": "ok", "error": "", "said": "", "rows": [1]}',
+             '{"status": "failed", "error": "x", "said": "", "rows": []}'],
 )  # fmt: skip
 def test_a_result_that_cannot_be_read_is_done_again(tmp_path: Path, text: str) -> None:
     table, _ = asked(small(), tmp_path / "out")
@@ -202,3 +206,29 @@ def test_a_name_that_a_spreadsheet_would_run_is_written_as_a_word(tmp_path: Path
     pt.run_study(study, tmp_path / "out")
     table = (tmp_path / "out" / "table.csv").read_text().splitlines()
     assert table[1].startswith("'=1+1,")
+
+
+def test_what_is_odd_is_in_the_table_and_on_the_page(tmp_path: Path) -> None:
+    """A heading that is off by 25° was `ok`, and nothing was said; the first pose held stands beside every error."""
+    right = pt.simulate_arm(tmp_path / "right", pt.ArmScene(duration_s=6.0, pattern="rectangle"), 4)
+    turned = Path(shutil.copytree(right, tmp_path / "turned"))
+    text = (turned / "recording.toml").read_text()
+    assert "[[imu]]\n" in text
+    (turned / "recording.toml").write_text(text.replace("[[imu]]\n", "[[imu]]\nheading_deg = 25.0\n", 1))
+    recordings = (
+        *(StudyRecording(name=name, folder=tmp_path / name) for name in ("right", "turned")),
+        StudyRecording(name="simulated", scene=pt.ArmScene(duration_s=2.0), pixel_sd=2.0),
+    )
+    methods = (pt.Ekf(corrections=("colour", "arm_length")), pt.Ekf(corrections=("colour", "arm_length"), bias=True))
+    study = Study(recordings=recordings, methods=methods, seeds=(1, 2))
+    table, _ = asked(study, tmp_path / "out")
+    assert list(table.said()) == ["turned"]
+    assert "heading_deg" in table.said()["turned"]
+    assert str(tmp_path) not in table.csv()
+    still = table.values("held_m", joint="wrist", recording="right", method=methods[0])
+    (truth,) = {pt.evaluate(held(pt.track(pt.load(right), methods[0])), pt.load(right).truth).joints["wrist"].rms_m}
+    assert still == pytest.approx([truth, truth])
+    page = (tmp_path / "out" / "index.html").read_text()
+    for words in ("first pose held", "EKF with constraint, bias", "12 runs kept the track", "check heading_deg"):
+        assert words in page
+    assert str(tmp_path) not in page

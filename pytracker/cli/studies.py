@@ -26,15 +26,16 @@ def study(
     parquet: Annotated[bool, typer.Option("--parquet", help="Write table.parquet besides table.csv.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run recordings x methods x seeds and write one table; what is done already is not done again."""
+    """Run recordings x methods x seeds and write one table and a page; what is done already is not done again."""
     with runs_bar(quiet) as progress:
         table = pt.run_study(
             pt.read_study(file), out, scheduler=scheduler, workers=workers, parquet=parquet, progress=progress
         )
-    say(f"table: {out / 'table.csv'}", quiet)
+    say(f"table: {out / 'table.csv'}, page: {out / 'index.html'}", quiet)
     for status, words in (("lost", "lost the track before the end"), ("failed", "failed")):
         if count := table.count(status):
             warn((f"{count} runs {words}, the first: {table.where(status=status)[0]['error']}",))
+    warn(tuple(f"{name}: {words}" for name, words in sorted(table.said().items())))
     if table.count("failed"):
         raise typer.Exit(1)
 

@@ -8,6 +8,7 @@
 | `fingerprint.py` | what computes the numbers: another build runs everything again |
 | `schedule.py` | many runs: on threads, on Dask |
 | `store.py` | what is done, on disk; the table |
+| `page.py` | the page: errors, bands, what is said |
 | `study.py` | all of it |
 """
 

@@ -19,10 +19,12 @@ from pytracker.evidence.observations import shared_sightings
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.load import load
 from pytracker.recording.recording import Recording
-from pytracker.scores.evaluate import evaluate
+from pytracker.scores.agreement import disagreement
+from pytracker.scores.evaluate import evaluate, held
 from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm, simulate_body
 from pytracker.study.fingerprint import fingerprint
 from pytracker.study.plan import Run, StudyRecording
+from pytracker.tracking.doubts import unbelieved
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 
@@ -37,9 +39,12 @@ SINGLES = (
 COLUMNS = (
     "joint", *SINGLES,
     *(f"{name}_{axis}" + ("" if name == "coverage" else "_m") for name in TRIPLES for axis in AXES),
-    "spread_m", "ess_share", "valid_share",
+    "held_m", "spread_m", "ess_share", "valid_share",
 )  # fmt: skip
-"""What a row says of a joint; of `all` joints where it stands for all. Empty where there is no value."""
+"""What a row says of a joint; of `all` joints where it stands for all. Empty where there is no value.
+
+`held_m` is the error of the first pose, held: a joint's RMS as `rms_m`, of all of them as `average_m`.
+"""
 
 SIMULATE: Mapping[str, Callable[[Path, Any, int], Path]] = {"arm": simulate_arm, "body": simulate_body}
 
@@ -55,11 +60,13 @@ class Result:
     Attributes:
         status: `ok`; `lost`: the track ended early, the rows are of the frames before; `failed`: there are no rows.
         error: why it was lost or failed.
+        said: of a recording that was not simulated: what is odd about it, and what speaks against its track.
         rows: one a joint, with `COLUMNS`.
     """
 
     status: str
     error: str
+    said: str
     rows: tuple[Row, ...]
 
 
@@ -122,10 +129,12 @@ def execute(run: Run, source: Source) -> Result:
     """Track and score. A run that fails says so in its result, whatever it was."""
     try:
         result = track(source.recording, run.method, run.seed, sightings=source.sightings)
-        return Result("ok", "", _rows(result))
+        return Result("ok", "", _said(run, source, result), _rows(result))
     except TrackingError as error:
         try:
-            return Result("lost", _line(str(error)), () if error.track is None else _rows(error.track))
+            lost = error.track
+            said, rows = ("", ()) if lost is None else (_said(run, source, lost), _rows(lost))
+            return Result("lost", _line(str(error)), said, rows)
         except Exception as worse:
             return failed(worse, source)
     except Exception as error:
@@ -137,7 +146,16 @@ def failed(error: Exception, source: Source | None = None) -> Result:
     words = f"{type(error).__name__}: {error}"
     if source is not None and source.folder is not None:
         words = words.replace(str(source.folder), source.name)
-    return Result("failed", _line(words), ())
+    return Result("failed", _line(words), "", ())
+
+
+def _said(run: Run, source: Source, result: Track) -> str:
+    """What `track` would warn of; of what is simulated nothing: it is as it is described."""
+    recording = source.recording
+    if run.recording.folder is None:
+        return ""
+    words = (*recording.warnings, *unbelieved(result), *result.doubts, *disagreement(result, recording.truth))
+    return _line(" | ".join(words).replace(str(source.folder), source.name))
 
 
 def _line(words: str) -> str:
@@ -170,7 +188,7 @@ def execute_anywhere(run: Run, expected: str, scratch: Path) -> Result:
 def _rows(result: Track) -> tuple[Row, ...]:
     """A row a joint, then one for all."""
     truth = result.recording.truth
-    scores = None if truth is None else evaluate(result, truth)
+    scores, still = (None, None) if truth is None else (evaluate(result, truth), evaluate(held(result), truth))
     particles = result.method.sample_size
     tracked = np.isfinite(result.ess)
     whole: Row = {
@@ -180,9 +198,9 @@ def _rows(result: Track) -> tuple[Row, ...]:
     rows = []
     for name, joint in result.joints.items():
         row: Row = {"joint": name}
-        if scores is not None and name in scores.joints:
+        if scores is not None and still is not None and name in scores.joints:
             score = scores.joints[name]
-            row |= {column: getattr(score, column) for column in SINGLES}
+            row |= {column: getattr(score, column) for column in SINGLES} | {"held_m": still.joints[name].rms_m}
             for column, attribute in TRIPLES.items():
                 unit = "" if column == "coverage" else "_m"
                 row |= {f"{column}_{a}{unit}": x for a, x in zip(AXES, getattr(score, attribute), strict=True)}
@@ -192,9 +210,9 @@ def _rows(result: Track) -> tuple[Row, ...]:
         # RMS distance of the cloud from its own middle.
         row["spread_m"] = float(np.nanmean(np.sqrt((joint.sd**2).sum(axis=1))))
         rows.append(row | whole)
-    if scores is not None:
+    if scores is not None and still is not None:
         rows.append({
-            "joint": "all", "frames": scores.frames - scores.frames_untracked,
+            "joint": "all", "frames": scores.frames - scores.frames_untracked, "held_m": still.average_m,
             "average_m": scores.average_m, "average_sd_m": scores.average_sd_m, **whole,
         })  # fmt: skip
     return tuple({column: _plain(row.get(column)) for column in COLUMNS} for row in rows)

@@ -62,7 +62,7 @@ class Store:
         """What is known of a run; None where it is not done, failed before, or its file is not readable."""
         try:
             found = json.loads(self._path(run).read_text("utf-8"))
-            result = Result(found["status"], found["error"], tuple(found["rows"]))
+            result = Result(found["status"], found["error"], found["said"], tuple(found["rows"]))
         except (OSError, ValueError, KeyError, TypeError):
             return None
         is_whole = all(isinstance(row, dict) and tuple(row) == COLUMNS for row in result.rows)
@@ -82,8 +82,8 @@ class StudyTable:
 
     Attributes:
         columns: `recording, kind, method`, `particles` and every other parameter that is not at its default
-            somewhere in the study, `seed, status, error`, then what was measured (`study.execute.COLUMNS`), in metres
-            or as a share.
+            somewhere in the study, `seed, status, error, said`, then what was measured (`study.execute.COLUMNS`), in
+            metres or as a share.
         rows: by column; None where there is no value.
     """
 
@@ -121,6 +121,10 @@ class StudyTable:
         """How many runs ended so: `ok`, `lost` or `failed`."""
         names = self.columns[: self.columns.index("status")]
         return len({tuple(row[name] for name in names) for row in self.where(status=status)})
+
+    def said(self) -> dict[str, str]:
+        """What is said of recordings, by their names, where anything is: of one run each."""
+        return {str(row["recording"]): str(row["said"]) for row in reversed(self.rows) if row["said"]}
 
     def csv(self) -> str:
         """As text: the same bytes for the same study, wherever it ran."""
@@ -165,12 +169,15 @@ def make_table(runs: Sequence[Run], results: Mapping[str, Result]) -> StudyTable
             "seed": run.seed,
             "status": results[run.key].status,
             "error": results[run.key].error,
+            "said": results[run.key].said,
             **found,
         }
         for run in runs
         for found in results[run.key].rows or ({column: None for column in COLUMNS},)
     ]
-    return StudyTable(("recording", "kind", "method", *parameters, "seed", "status", "error", *COLUMNS), tuple(rows))
+    return StudyTable(
+        ("recording", "kind", "method", *parameters, "seed", "status", "error", "said", *COLUMNS), tuple(rows)
+    )
 
 
 def _parameters(methods: Iterable[Method]) -> list[str]:

@@ -1,4 +1,4 @@
-"""`run_study(study, out)`: what is not done yet is run, then the table is written."""
+"""`run_study(study, out)`: what is not done yet is run, then table and page are written."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pytracker._core import InputError, __version__
 from pytracker.formats.video import OPENCV
 from pytracker.output import write_whole
 from pytracker.study.fingerprint import fingerprint
+from pytracker.study.page import render
 from pytracker.study.plan import Study, plain
 from pytracker.study.schedule import on_dask, on_threads
 from pytracker.study.store import Store, StudyTable, make_table, require_parquet
@@ -33,7 +34,7 @@ def run_study(
     parquet: bool = False,
     progress: StudyProgress | None = None,
 ) -> StudyTable:
-    """Run what is not done, keep each result at once, write `<out>/table.csv`; returns the table.
+    """Run what is not done, keep each result at once, write `<out>/table.csv` and a page; returns the table.
 
     What was done before, by the same build on the same recordings, is not done again; a killed study loses the runs
     in flight. A run that fails is in the table with its error, and is tried again the next time. On `workers` threads
@@ -68,6 +69,7 @@ def run_study(
     shutil.rmtree(store.scratch, ignore_errors=True)
     write_whole(out / "table.csv", table.csv())
     write_whole(out / "study.json", _about(study))
+    write_whole(out / "index.html", render(study, table))
     if parquet:
         table.write_parquet(out / "table.parquet")
     return table
