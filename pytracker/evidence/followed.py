@@ -15,13 +15,14 @@ from pytracker.evidence.borne_out import ARMS
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["LIMBS", "followed", "limbs_off_m"]
+__all__ = ["EXCHANGED", "LIMBS", "followed", "limbs_off_m"]
 
 LIMBS = (*ARMS, "left_shoulder", "right_shoulder")
 """Joints that every detector means alike; heads and hips it does not."""
 _AT = [KEYPOINTS.index(name) for name in LIMBS]
 _OTHER = {"left": "right", "right": "left"}
-_EXCHANGED = [KEYPOINTS.index("_".join(_OTHER.get(word, word) for word in name.split("_"))) for name in KEYPOINTS]
+EXCHANGED = [KEYPOINTS.index("_".join(_OTHER.get(word, word) for word in name.split("_"))) for name in KEYPOINTS]
+"""Of every keypoint the one that it is where left and right are exchanged."""
 THERE_M = 0.15
 """Exchanged points that are taken for a person's lie so near, most of them, and nearer by `NEARER_M` than they came."""
 NEARER_M = 0.10
@@ -49,10 +50,10 @@ def followed(
     """
     if people is None or not len(people):
         return None, False
-    as_came, other = (_medians(limbs_off_m(camera, joints, way)) for way in (people, people[:, _EXCHANGED]))
+    as_came, other = (_medians(limbs_off_m(camera, joints, way)) for way in (people, people[:, EXCHANGED]))
     nearest, exchanged = int(np.argmin(as_came)), int(np.argmin(other))
     if other[exchanged] < min(THERE_M, as_came[nearest] - NEARER_M):
-        return people[exchanged][_EXCHANGED], True
+        return people[exchanged][EXCHANGED], True
     return people[nearest], False
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 
 from pytracker.evidence.complexion import gains_of_face
-from pytracker.evidence.keypoints import PointsEvidence, with_spreads
+from pytracker.evidence.keypoints import PointsEvidence
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background
 from pytracker.evidence.smaller import smaller, smaller_frames, times_smaller
+from pytracker.evidence.subject import points_of_subject
 from pytracker.evidence.thresholds import SilhouetteParameters
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import BodyRecording
@@ -30,8 +31,7 @@ class Senses:
         self.run_s = 0.0
         self._keypoints: dict[int, Array] = {}
         if view.keypoints is not None:
-            rows = with_spreads(view.keypoints)
-            self._keypoints = {int(frame): row for frame, row in zip(view.keypoints.frames, rows, strict=True)}
+            self._keypoints = points_of_subject(recording, view.keypoints)
 
     def __call__(self, frame: Frame) -> BodyEvidence:
         """What is known of it. Raises `InputError` for another size than the background's."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytracker.evidence.subject import points_of_subject
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_sensors import of_sensors
 from pytracker.tracking.tracks import where_of
@@ -25,7 +26,8 @@ LATE_NEARER_M = 0.002
 """Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
 3 to 13."""
 FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
-"""Where a detector takes left for right in a few frames, no word is lost; in most, more than the detector is wrong."""
+"""Where a detector takes left for right, or one for another, in a few frames, no word is lost; left for right in most,
+more than the detector is wrong."""
 
 FACE = 0.45
 """So much of a head is skin, in the median frame, where its face is seen: of seven clips of two people 0.48 to 1."""
@@ -36,7 +38,8 @@ LEAST_ON_PERSON = 0.6
 
 def of_body(track: BodyTrack) -> tuple[str, ...]:
     """Sentences, as of `doubts`."""
-    late = _of_late_points(track)
+    others = _of_others(track)
+    late = others or _of_late_points(track)
     # Keypoints of other frames would be laid on the sensors' clocks.
     sensors = () if late else of_sensors(track)
     return (*_of_light(track), *_of_sides(track), *_of_face(track), *late, *_of_first_pose(track), *sensors)
@@ -51,6 +54,23 @@ def _of_light(track: BodyTrack) -> tuple[str, ...]:
         f"{where_of(track.recording)}: the light is dim or of another colour than the camera took it for, or the face "
         f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and "
         f"{red:.2f} (red), which makes that face as faces usually are",
+    )
+
+
+def _of_others(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where a detector found others than the subject alone, or points that leapt as nobody does."""
+    keypoints = track.recording.view.keypoints
+    if keypoints is None:
+        return ()
+    mine = points_of_subject(track.recording, keypoints)
+    there = keypoints.frames[np.isfinite(keypoints.points[..., 0]).any(axis=(1, 2))]
+    others = [frame for frame in there.tolist() if frame not in mine]
+    if len(others) <= FEW_EXCHANGED * len(track.time_s):
+        return ()
+    return (
+        f"{where_of(track.recording)}: in {len(others)} of {len(track.time_s)} frames, first in frame {others[0]}, "
+        "keypoints are of somebody else than the first pose's person, or of that one leapt aside as nobody does: they "
+        "are left out",
     )
 
 

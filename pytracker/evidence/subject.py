@@ -1,0 +1,133 @@
+"""Which of several people is the subject, frame by frame: the one of the first pose, and whoever goes on from there.
+
+People move at the speed of people. Whoever stands beside the subject stays somebody else while the subject is not seen:
+taken for the subject a track goes over to him, without a jump that a filter would see.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.followed import EXCHANGED, LIMBS
+from pytracker.evidence.keypoints import with_spreads
+from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.video import probe
+from pytracker.recording.recording import BodyRecording
+from pytracker.rotation import Array
+
+__all__ = ["points_of_subject", "subject_of"]
+
+USUAL_HZ = 30.0
+"""Of a video that does not say its rate."""
+
+SLACK_M = 0.2
+"""How far most joints of somebody may be from where they were, besides what he moved: a detector trembles."""
+SPEED_M_S = 4.0
+"""Nobody moves on faster."""
+GOES_ON_S, NEWS = 0.3, 0.15
+"""Somebody goes on as before for so long; of how he goes each frame says so much."""
+WILD_M = 0.5
+"""One wild joint says no more than one so far off."""
+FORGOTTEN_S = 10.0
+"""Others who were not seen for so long are new when they come again; the subject never is."""
+
+
+@dataclass
+class _Somebody:
+    """Where somebody was seen last, px `(9, 2)`, in which frame, and how he was going, px a frame `(2,)`."""
+
+    pixels: Array
+    frame: int
+    velocity: Array = field(default_factory=lambda: np.zeros(2))
+
+    def at(self, frame: int, most: float) -> Array:
+        """Where he would be, going on for so many frames at most."""
+        return self.pixels + self.velocity * min(frame - self.frame, most)
+
+    def seen(self, pixels: Array, frame: int) -> None:
+        """Take where he is now."""
+        moved = pixels - self.pixels
+        moved = moved[np.isfinite(moved).all(axis=1)]
+        if len(moved):
+            self.velocity += NEWS * (np.median(moved, axis=0) / max(frame - self.frame, 1) - self.velocity)
+        self.pixels, self.frame = pixels, frame
+
+
+@functools.lru_cache(maxsize=1)  # who tracks it, and who doubts it
+def points_of_subject(recording: BodyRecording, keypoints: Keypoints) -> dict[int, Array]:
+    """By frame the subject's points `(1, 9, 3)`: u, v and standard deviation, px. Frames without are left out."""
+    view, joints = recording.view, recording.skeleton.joints(recording.initial[None])
+    first_px = np.full((len(KEYPOINTS), 2), np.nan)
+    for name in LIMBS:
+        first_px[KEYPOINTS.index(name)] = view.camera.project(joints[name])[0]
+    rate_hz = view.rate_hz if view.video is None else probe(view.video).rate_hz
+    px_per_m = float(view.camera.px_per_m(joints["root"])[0])
+    found = subject_of(with_spreads(keypoints), keypoints.frames, first_px, px_per_m, rate_hz or USUAL_HZ)
+    rows = zip(keypoints.frames.tolist(), found, strict=True)
+    return {frame: row[None] for frame, row in rows if np.isfinite(row[:, 0]).any()}
+
+
+def subject_of(people: Array, frames: NDArray[np.int64], first_px: Array, px_per_m: float, rate_hz: float) -> Array:
+    """The subject's points in every row, `(T, 9, 3)`; NaN where only others, or nobody, were found.
+
+    Args:
+        people: u, v and anything else of everybody `(T, P, 9, 3)`; NaN where not seen.
+        frames: of which frame each row is `(T,)`.
+        first_px: where the first pose has the points `(9, 2)`, px; NaN where it says nothing.
+        px_per_m: about the subject.
+        rate_hz: frames a second.
+    """
+    found = np.full((len(people), *people.shape[2:]), np.nan)
+    seen: NDArray[np.bool_] = np.asarray(np.isfinite(people[..., 0]).any(axis=2))
+    if not seen.any():
+        return found
+    first = int(np.argmax(seen.any(axis=1)))
+    # The subject is whoever is nearest to the first pose, however rough that is.
+    off = [_off(person, first_px) for person in people[first][seen[first]]]
+    nearest = people[first][seen[first]][int(np.argmin([np.median(of) if len(of) else np.inf for of in off]))]
+    subject = _Somebody(nearest[:, :2], int(frames[first]))
+    known = [subject]
+    for row in range(first, len(people)):
+        frame = int(frames[row])
+        known = [one for one in known if one is subject or frame - one.frame <= FORGOTTEN_S * rate_hz]
+        those = people[row][seen[row]]
+        for k, one in _matched(those, known, frame, px_per_m, rate_hz).items():
+            one.seen(those[k, :, :2], frame)
+            if one is subject:
+                found[row] = those[k]
+    return found
+
+
+def _matched(those: Array, known: list[_Somebody], frame: int, px_per_m: float, rate_hz: float) -> dict[int, _Somebody]:
+    """Who each of those is, the nearest first; whom nobody could have become is new, and known from here on."""
+    apart = np.full((len(those), len(known)), np.inf)
+    for j, one in enumerate(known):
+        reach_px = px_per_m * (SLACK_M + SPEED_M_S * (frame - one.frame) / rate_hz)
+        expected = one.at(frame, GOES_ON_S * rate_hz)
+        for k, person in enumerate(those):
+            off = _off(person, expected)
+            if len(off) and np.median(off) <= reach_px:
+                # Of two who pass each other most joints are alike; how they hold their arms is not.
+                apart[k, j] = float(np.minimum(off, WILD_M * px_per_m).mean())
+    matched: dict[int, _Somebody] = {}
+    while np.isfinite(apart).any():
+        k, j = (int(at) for at in np.unravel_index(np.argmin(apart), apart.shape))
+        matched[k] = known[j]
+        apart[k], apart[:, j] = np.inf, np.inf
+    for k in range(len(those)):
+        if k not in matched:
+            matched[k] = _Somebody(those[k, :, :2], frame)
+            known.append(matched[k])
+    return matched
+
+
+def _off(person: Array, pixels: Array) -> Array:
+    """How far somebody's points are from some places, px, those that are known, left and right as they are nearer."""
+    ways = (np.linalg.norm(of[:, :2] - pixels, axis=1) for of in (person, person[EXCHANGED]))
+    known = [off[np.isfinite(off)] for off in ways]
+    return min(known, key=lambda off: float(np.median(off)) if len(off) else np.inf)
