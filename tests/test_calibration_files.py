@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +60,9 @@ def test_a_table_a_camera(tmp_path: Path) -> None:
     ):
         with pytest.raises(pt.InputError, match=words):
             read_calibration(path, name)
+    path.write_text(re.sub(r"rotation = .*", "rotation = [0.0, 0.0, 90.0]", ANIPOSE))
+    with pytest.raises(pt.InputError, match=r"rotation vector is 90 long, expected radians, .*: are they degrees"):
+        read_calibration(path, "left")
     path.write_text(ANIPOSE.replace("[0.1, 0.2, 3.0]", '["x", 0.2, 3.0]'))
     with pytest.raises(pt.InputError, match=r"translation is .*, expected 3 numbers"):
         read_calibration(path, "left")

@@ -169,6 +169,16 @@ def test_a_truth_of_another_time_is_told_as_it_loads(folder: Path) -> None:
         pt.load(folder)
 
 
+def test_a_truth_with_wrist_and_elbow_exchanged_is_told(folder: Path) -> None:
+    """25 cm off, and lengths that may be an arm's."""
+    assert not any("exchanged" in words for words in pt.load(folder).warnings)
+    edit(folder, 'elbow = "elbow", wrist = "wrist"', 'elbow = "wrist", wrist = "elbow"')
+    edit(folder, "upper_arm_m = 0.3", "upper_arm_m = 0.33")
+    said = "\n".join(pt.load(folder).warnings)
+    assert "the wrist keeps its distance from the shoulder to 0.000 m (sd) and the elbow's varies by 0." in said
+    assert "are wrist and elbow exchanged?" in said
+
+
 def test_start_from_truth_or_from_the_patch(folder: Path) -> None:
     text = (folder / "recording.toml").read_text()
     line = next(line for line in text.splitlines() if line.startswith("wrist_start_m"))

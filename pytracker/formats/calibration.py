@@ -35,6 +35,8 @@ OF_VIDEO = ("patch_box", "patches", "start_s", "keypoints", "keypoint_model", "b
 """What a recording.toml says of a camera's video; another begins otherwise."""
 FARTHEST_M = 50.0
 """No camera of a room is farther from its world; one that was calibrated in millimetres is."""
+TURN_RAD = 2 * np.pi
+"""No rotation vector turns farther."""
 OPENCV_MATRIX = ("cameramatrix", "k", "mtx", "m1", "intrinsic", "intrinsicmatrix")
 OPENCV_OTHERS = (
     ("distortioncoefficients", "distortioncoeffs", "distortion", "distcoeffs", "dist", "d", "d1"),
@@ -130,6 +132,12 @@ def _of_toml(path: Path, table: dict[str, Any]) -> dict[str, Any]:
     if "rotation" in table and translation is not None:
         rotation = _numbers(path, "rotation", table["rotation"], (3,), (3, 3))
         if rotation.ndim == 1:
+            turn = float(np.linalg.norm(rotation))
+            if turn > TURN_RAD:
+                raise InputError(
+                    f"{path}: the camera's rotation vector is {turn:.4g} long, expected radians, {TURN_RAD:.4g} at "
+                    "most: are they degrees?"
+                )
             rotation = np.stack([rotate(rotation_vector_to_quaternion(rotation), axis) for axis in np.eye(3)], axis=1)
         found["rotation"] = rotation.tolist()
         found["translation_m"] = _numbers(path, "translation", translation, (3,)).tolist()

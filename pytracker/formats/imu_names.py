@@ -37,15 +37,20 @@ G_FORCE = re.compile(r"gf(?:orce)?([xyz])")
 QUATERNION = re.compile(r"(?:q|quat|quaternion|rotation|(?:field)?orientation)([wxyz])")
 DEGREES = 0.017453292519943295
 UNITS: dict[str, dict[str, float]] = {
-    "time": {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
+    "time": {
+        "": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "milliseconds": 1e-3,
+        "us": 1e-6, "µs": 1e-6, "usec": 1e-6, "microseconds": 1e-6, "ns": 1e-9, "nanoseconds": 1e-9,
+    },
     "q": {"": 1.0},
     "acc": {
         "": 1.0, "m/s2": 1.0, "m/s^2": 1.0, "m/s²": 1.0, "ms-2": 1.0, "ms^-2": 1.0,
-        "g": GRAVITY, "mg": 1e-3 * GRAVITY,
+        "m/s/s": 1.0, "m/sec2": 1.0, "m/sec^2": 1.0, "m/s**2": 1.0, "mps2": 1.0,
+        "g": GRAVITY, "gs": GRAVITY, "mg": 1e-3 * GRAVITY, "milli-g": 1e-3 * GRAVITY, "millig": 1e-3 * GRAVITY,
     },
     "gyr": {
         "": 1.0, "rad/s": 1.0, "rads-1": 1.0, "rads^-1": 1.0,
-        "deg/s": DEGREES, "°/s": DEGREES, "dps": DEGREES, "mdps": 1e-3 * DEGREES,
+        "rad/sec": 1.0, "rps": 1.0, "deg/s": DEGREES, "deg/sec": DEGREES, "degrees/s": DEGREES, "degree/s": DEGREES,
+        "°/s": DEGREES, "°/sec": DEGREES, "dps": DEGREES, "mdps": 1e-3 * DEGREES,
     },
 }  # fmt: skip
 

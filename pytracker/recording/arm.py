@@ -40,6 +40,8 @@ LEAST_PX = 0.5
 """No detector is better."""
 WRIST_KEYPOINT_M = 0.012
 """From frame to frame a detector's wrist is off by as much across the picture."""
+PART_S = 0.5
+"""Cameras may begin and end so far apart without a word."""
 WRIST_KEYPOINT = {"patch_offset_start_sd_m": 0.02}
 """And by this for good."""
 
@@ -201,6 +203,7 @@ def _detected(folder: Path, entry: ArmFile, views: tuple[View, ...]) -> tuple[tu
 
 def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
     warnings = []
+    spans: list[tuple[float, float]] = []
     for view in views:
         assert view.video is not None
         warnings += [f"{view.video}: {odd}" for odd in (camera_moves(view.video), video.lacks(view.video)) if odd]
@@ -208,6 +211,7 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
         start = view.start_s
         # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.
         end = start + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
+        spans.append((start, end))
         if imu.time_s[-1] < start or imu.time_s[0] > max(end, start):
             raise InputError(
                 f"{view.video} covers {start:.3f} to {end:.3f} s and the IMU {imu.time_s[0]:.3f} to "
@@ -223,4 +227,15 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
                 f"{view.video}: the IMU ends {end - imu.time_s[-1]:.3f} s before the video; the frames after are "
                 "tracked without it and say so"
             )
-    return warnings
+    return [*warnings, *_of_part(views, spans)]
+
+
+def _of_part(views: tuple[View, ...], spans: list[tuple[float, float]]) -> list[str]:
+    """A word on further cameras that see a part of what the first sees."""
+    first, last = spans[0]
+    return [
+        f"{view.video} covers {start:.3f} to {end:.3f} s and {views[0].video} {first:.3f} to {last:.3f} s of recording "
+        "time: where it has no frames the others are followed alone: was it cut short, or is start_s another?"
+        for view, (start, end) in zip(views[1:], spans[1:], strict=True)
+        if end > start and last > first and (start > first + PART_S or end < last - PART_S)
+    ]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,8 @@ MOST_STRAYS = 0.05
 """More such rows are no strays."""
 ENOUGH_ROWS = 10
 SHOULDER_M = 0.07
+BENDS_M, KEEPS = 0.02, 0.5
+"""An elbow whose distance from the shoulder varies by so much, and the wrist's by half as much at most, is none."""
 ELBOW_SWINGS_M = 0.06
 """A shoulder that is taken to be still moves by a few centimetres."""
 
@@ -78,6 +81,20 @@ def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list
     return warnings
 
 
+def _exchanged(file: Path, joints: Mapping[str, Array]) -> list[str]:
+    """A word where the wrist keeps its distance from the shoulder and the elbow does not: they are exchanged."""
+    if "elbow" not in joints:
+        return []
+    elbow, wrist = (np.linalg.norm(joints[joint] - joints["shoulder"], axis=1) for joint in ("elbow", "wrist"))
+    bends, keeps = float(np.nanstd(elbow)), float(np.nanstd(wrist))
+    if bends < BENDS_M or keeps > KEEPS * bends:
+        return []
+    return [
+        f"{file}: the wrist keeps its distance from the shoulder to {keeps:.3f} m (sd) and the elbow's varies by "
+        f"{bends:.3f} m, expected the reverse: are wrist and elbow exchanged?"
+    ]
+
+
 def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> list[str]:
     """Markers that were mixed up, or are in other units, do not have the arm's lengths.
 
@@ -102,6 +119,8 @@ def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> list[str]:
                 f"{file}: {a} and {b} are {middle:.3f} m apart, expected {low:.2f} to {high:.2f} m by the arm's "
                 "lengths: check the markers' names and units, and the world frame"
             )
+    if exchanged := _exchanged(file, joints):
+        return exchanged
     if "shoulder" in truth.joints_m:
         middle_m = np.nanmedian(truth.joints_m["shoulder"], axis=0)
         off = float(np.linalg.norm(middle_m - np.array(arm.shoulder_m)))

@@ -131,7 +131,7 @@ def _constants(method: Smooth, cameras: int) -> Iterator[tuple[str, str, str, fl
     for axis in "xz":
         yield "mount", f"forearm about the sensor's {axis}", "°", float(np.degrees(1)), method.mount_sd_rad
     for camera in range(cameras):
-        of = "camera" if cameras == 1 else f"camera {camera + 1}"
+        of = "camera" if cameras == 1 else f"camera {camera}"
         for turn in ("pitch", "pan", "roll"):
             yield f"camera[{camera}].rotation", f"{of}'s {turn}", "°", float(np.degrees(1)), method.camera_turn_sd_rad
         yield f"camera[{camera}].translation_m", f"{of}'s distance", "cm", 100.0, method.camera_distance_sd_m
