@@ -21,7 +21,9 @@ from pytracker.evidence.patch_colour import Box, CamshiftParameters, PatchColour
 from pytracker.evidence.smaller import LEAST_PX, place_in_frame, smaller
 from pytracker.formats.video import Frame, Image, frames
 
-__all__ = ["PatchSighting", "PatchTrack", "PatchTracker", "track_patch"]
+__all__ = ["REPEATS", "PatchSighting", "PatchTrack", "PatchTracker", "track_patch"]
+
+REPEATS = "the frame repeats the one before"
 
 Float = NDArray[np.float64]
 
@@ -103,7 +105,7 @@ class PatchTracker:
         """Look for the patch in the next frame, BGR `(H, W, 3)`."""
         if self._last_image is not None and np.array_equal(image, self._last_image):
             # A camera that was late shows its last image again: where the patch was then is not where it is now.
-            return PatchSighting((np.nan, np.nan), False, "the frame repeats the one before", 1.0, self._box)
+            return PatchSighting((np.nan, np.nan), False, REPEATS, 1.0, self._box)
         self._last_image = image
         if self._lost:
             found, reason = self._search(image)

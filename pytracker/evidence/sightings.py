@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.evidence.ahead import ahead
 from pytracker.evidence.camshift import PatchTrack, track_patch
+from pytracker.evidence.hanging import without_hanging
 from pytracker.evidence.landmarks import Seen, joints_seen, wrist_seen
 from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.formats.video import Frame, frames
@@ -132,7 +133,8 @@ def sight(
         where = "" if len(recording.views) == 1 else f", camera {number}"
         film = partial(_film, view.video, where, progress)
         if view.patch_box is not None:
-            track = track_patch(film("patch"), view.patch_box, parameters)
+            found = track_patch(film("patch"), view.patch_box, parameters)
+            track = without_hanging(found, recording.imus[0], view.start_s)
         elif view.keypoints is not None:
             track = wrist_seen(view.keypoints, recording.arm.side, film("wrist"))
         else:

@@ -25,7 +25,7 @@ from pytracker.tracking.body_doubts import of_body
 from pytracker.tracking.clocks import of_clocks
 from pytracker.tracking.found import found_by
 from pytracker.tracking.patch_place import of_patch_place
-from pytracker.tracking.pauses import of_pauses
+from pytracker.tracking.pauses import of_hanging, of_pauses
 from pytracker.tracking.suspects import MIRRORED, suspects
 from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track, where_of
@@ -95,7 +95,7 @@ def doubts(track: Track) -> tuple[str, ...]:
 @doubts.register
 def _(track: ArmTrack) -> tuple[str, ...]:
     described = of_clocks(track) or _of_arm_alone(track) or of_patch_place(track) or _of_elbow(track)
-    return *of_pauses(track), *_of_jitter(track), *described, *of_upper_arm(track)
+    return *of_pauses(track), *of_hanging(track), *_of_jitter(track), *described, *of_upper_arm(track)
 
 
 def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:

@@ -1,12 +1,14 @@
-"""Times at which a video has no frames: what lies between is bridged, and nothing of it was seen."""
+"""Times at which a video has no frames, or none of its own: what lies between is bridged, and was not seen."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from pytracker.evidence.hanging import HANGS
+from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track, where_of
 
-__all__ = ["of_pauses"]
+__all__ = ["of_hanging", "of_pauses"]
 
 PAUSE_S = 0.5
 """Cameras in dim light take fewer frames; none waits so long."""
@@ -29,3 +31,20 @@ def of_pauses(track: Track) -> tuple[str, ...]:
         f"longest from {begins:.3f} to {ends:.3f} s, and what lies between was not seen: was the file damaged, or did "
         "the camera hang?",
     )
+
+
+def of_hanging(track: ArmTrack) -> tuple[str, ...]:
+    """A sentence a camera whose picture hung while the sensor moved: what was not seen there is not used."""
+    found: list[str] = []
+    for number, patch in enumerate(track.sightings.tracks):
+        hung = [words == HANGS for words in patch.reason]
+        if not any(hung):
+            continue
+        edges = np.flatnonzero(np.diff([False, *hung, False])).reshape(-1, 2)
+        first, end = max(edges.tolist(), key=lambda run: run[1] - run[0])
+        found.append(
+            f"{where_of(track.recording)}: in {sum(hung)} frames of camera {number}, longest from "
+            f"{patch.time_s[first]:.3f} to {patch.time_s[end - 1]:.3f} s of its video, {HANGS}: they are not used, did "
+            "camera or recorder hang?"
+        )
+    return tuple(found)

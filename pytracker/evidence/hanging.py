@@ -1,0 +1,57 @@
+"""Frames in which a picture hung, as a camera's driver or a recorder does: the same one again, while the sensor moves.
+
+A patch that is believed to rest there pulls the track off by what the arm moved meanwhile.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.evidence.camshift import REPEATS, PatchTrack
+from pytracker.recording.recording import Imu
+from pytracker.rotation import Array, rotate
+
+__all__ = ["HANGS", "without_hanging"]
+
+HANGS = "the picture stands still while the sensor moves"
+SAME_PX = 0.02
+"""Of a picture that was taken anew no patch's centre stays so still for long, but where nothing moves."""
+LEAST_S, LEAST_FRAMES = 0.2, 5
+"""A shorter pause does no harm."""
+TURNS_RAD, SHAKES = 0.05, 0.4
+"""A sensor that turns so far meanwhile, or whose acceleration varies by so much (m/s², standard deviation), moves."""
+
+
+def without_hanging(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
+    """The same, the patch not seen in frames that repeat the one before while the forearm's sensor moves."""
+    pixel = track.pixel.copy()
+    for k, words in enumerate(track.reason):
+        if words == REPEATS and k:
+            pixel[k] = pixel[k - 1]  # no other picture: the patch was not looked for
+    moved = np.linalg.norm(np.diff(pixel, axis=0), axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], moved < SAME_PX, [False]])))
+    hung = np.zeros(len(track.time_s), dtype=bool)
+    for first, last in edges.reshape(-1, 2):
+        from_s, to_s = track.time_s[[first, last]] + start_s
+        if last - first >= LEAST_FRAMES and to_s - from_s >= LEAST_S and _moves(imu, from_s, to_s):
+            hung[first + 1 : last + 1] = True
+    return _unseen(track, hung) if hung.any() else track
+
+
+def _moves(imu: Imu, from_s: float, to_s: float) -> bool:
+    some = (imu.time_s >= from_s) & (imu.time_s <= to_s)
+    if some.sum() < LEAST_FRAMES:
+        return False
+    q = imu.q_world_segment[some]
+    turned = 2.0 * np.arccos(np.clip(np.abs((q * q[0]).sum(axis=1)), 0.0, 1.0))
+    acceleration: Array = rotate(q, imu.acc[some])
+    return bool(turned.max() > TURNS_RAD or np.linalg.norm(acceleration.std(axis=0)) > SHAKES)
+
+
+def _unseen(track: PatchTrack, hung: NDArray[np.bool_]) -> PatchTrack:
+    reason = tuple(HANGS if hangs else words for hangs, words in zip(hung, track.reason, strict=True))
+    pixel = np.where(hung[:, None], np.nan, track.pixel)
+    return dataclasses.replace(track, pixel=pixel, valid=track.valid & ~hung, reason=reason)
