@@ -31,7 +31,7 @@ def test_what_stays_the_same_while_the_sensor_moves_is_left_out() -> None:
     right = without_hanging(track_of(pixel), imu, 0.0)
     assert right.valid.all()
     hung = pixel.copy()
-    hung[60:90] = hung[60] + 0.005 * np.random.default_rng(1).standard_normal((30, 2))
+    hung[60:90] = hung[60] + 0.002 * np.random.default_rng(1).standard_normal((30, 2))
     found = without_hanging(track_of(hung), imu, 0.0)
     assert [k for k, words in enumerate(found.reason) if words == HANGS] == list(range(61, 90))
     assert np.isnan(found.pixel[61:90]).all()
