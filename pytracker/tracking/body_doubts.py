@@ -7,6 +7,7 @@ import numpy as np
 from pytracker.evidence.subject import points_of_subject
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_sensors import of_sensors
+from pytracker.tracking.camera_place import of_camera_place
 from pytracker.tracking.tracks import where_of
 
 __all__ = ["of_body"]
@@ -42,7 +43,8 @@ def of_body(track: BodyTrack) -> tuple[str, ...]:
     late = others or _of_late_points(track)
     # Keypoints of other frames would be laid on the sensors' clocks.
     sensors = () if late else of_sensors(track)
-    return (*_of_light(track), *_of_sides(track), *_of_face(track), *late, *_of_first_pose(track), *sensors)
+    first = _of_first_pose(track) or of_camera_place(track)
+    return (*_of_light(track), *_of_sides(track), *_of_face(track), *late, *first, *sensors)
 
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:
