@@ -31,6 +31,7 @@ from pytracker.formats.imu_phone import files_of_phone, is_motion, read_motion, 
 from pytracker.formats.mat import is_mat, read_mat_imu
 from pytracker.formats.mvnx import is_mvnx, read_mvnx
 from pytracker.formats.text import read_lines
+from pytracker.formats.ximu3 import files_of_ximu3, is_ximu3, read_ximu3
 
 __all__ = ["FORMATS", "files_of_imu", "holds_several", "orient", "read_imu"]
 
@@ -58,7 +59,7 @@ STEADIER = 0.4
 
 WITHOUT_LINES: Mapping[str, Callable[[Path], bool]] = {"mvnx": is_mvnx, "mat": is_mat, "apdm": is_hdf5}
 """What is told otherwise than by its lines, and how."""
-FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone")
+FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone", "x-imu3")
 
 
 def read_imu(
@@ -92,6 +93,7 @@ def read_imu(
         "mvnx": lambda: read_mvnx(path, segment),
         "apdm": lambda: read_apdm(path, segment),
         "phone": lambda: read_phone(path) if path.is_dir() else read_motion(path, lines),
+        "x-imu3": lambda: read_ximu3(path),
     }
     log = readers[form]()
     return log if rate_hz is None else dataclasses.replace(log, rate_hz=rate_hz)
@@ -100,7 +102,7 @@ def read_imu(
 def _told_by_content(path: Path) -> tuple[str, list[str]]:
     """The format, and the lines of one that has some."""
     if path.is_dir():
-        return "phone", []
+        return "x-imu3" if is_ximu3(path) else "phone", []
     for form, is_such in WITHOUT_LINES.items():
         if is_such(path):
             return form, []
@@ -134,8 +136,10 @@ def _recognise(path: Path, lines: list[str]) -> str:
 
 
 def files_of_imu(path: Path) -> list[Path]:
-    """What is read of it: the file, or the CSV files of a phone's folder."""
-    return list(files_of_phone(path).values()) if path.is_dir() else [path]
+    """What is read of it: the file, or the CSV files of a phone's or an x-IMU3's folder."""
+    if not path.is_dir():
+        return [path]
+    return list((files_of_ximu3(path) if is_ximu3(path) else files_of_phone(path)).values())
 
 
 def holds_several(path: Path) -> bool:

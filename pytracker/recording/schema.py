@@ -72,7 +72,7 @@ class ImuEntry(Entry):
 
     file: FileName
     orientation_file: FileName | None = None
-    format: Literal["auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone"] = "auto"
+    format: Literal["auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone", "x-imu3"] = "auto"
     columns: dict[ImuColumn, str] = Field(default_factory=dict)
     rate_hz: Positive | None = None
     segment: str | None = None
