@@ -66,14 +66,15 @@ def find_clock(
         return None
     camera_s, camera = banded(frame_s[first], pixels[first])
     edge = round(EDGE_S / GRID_S)
-    steps = round(MOST / STEP)
-    tried = [
-        _laid(camera_s, camera[edge:-edge], imu_s, acceleration, STEP * step, near_s)
-        for step in range(-steps, steps + 1)
-    ]
-    given = max((clock for clock in tried[steps] if abs(clock.later_s) < near_s), key=_worth, default=NONE)
-    near = [clock for clocks in tried for clock in clocks if abs(clock.later_s) < near_s]
-    best = max((*near, *tried[steps]), key=_worth, default=NONE)
+    as_given = _laid(camera_s, camera[edge:-edge], (imu_s, acceleration), 0.0, near_s)
+    given = max((clock for clock in as_given if abs(clock.later_s) < near_s), key=_worth, default=NONE)
+    # At another rate only what is about there is looked at.
+    at_s, about_s = imu_s + given.later_s, min(near_s, MOST * FIRST_S) + MOST * FIRST_S + 2.0 * EDGE_S
+    about = np.abs(at_s - np.clip(at_s, camera_s, frame_s[first][-1])) <= about_s
+    rates = [STEP * step for step in range(-round(MOST / STEP), round(MOST / STEP) + 1) if step]
+    felt = imu_s[about], acceleration[about]
+    others = [clock for rate in rates for clock in _laid(camera_s, camera[edge:-edge], felt, rate, near_s)]
+    best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=NONE)
     if best.explained < LEAST_EXPLAINED or abs(best.slower) > MOST - STEP:
         return None
     return given, best
@@ -83,10 +84,11 @@ def _worth(clock: Clock) -> float:
     return clock.worth_s
 
 
-def _laid(
-    camera_s: float, camera: Array, imu_s: Array, acceleration: Array, slower: float, near_s: float
-) -> list[Clock]:
+def _laid(camera_s: float, camera: Array, felt: tuple[Array, Array], slower: float, near_s: float) -> list[Clock]:
     """At a rate: the best clock near the one that is given, and the best of all others."""
+    imu_s, acceleration = felt
+    if len(imu_s) < 2:
+        return []
     imu_start, imu = banded(imu_s + slower * (imu_s - camera_s), acceleration, integrations=2)
     edge = round(EDGE_S / GRID_S)
     if len(imu) < 3 * edge:
