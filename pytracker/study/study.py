@@ -14,7 +14,6 @@ from pytracker._core import InputError, __version__
 from pytracker.formats.video import OPENCV
 from pytracker.output import write_whole
 from pytracker.study.fingerprint import fingerprint
-from pytracker.study.page import render
 from pytracker.study.plan import Study, plain
 from pytracker.study.schedule import on_dask, on_threads
 from pytracker.study.store import Store, StudyTable, make_table, require_parquet
@@ -69,6 +68,8 @@ def run_study(
     shutil.rmtree(store.scratch, ignore_errors=True)
     write_whole(out / "table.csv", table.csv())
     write_whole(out / "study.json", _about(study))
+    from pytracker.study.page import render  # noqa: PLC0415 - pages are slow to import
+
     write_whole(out / "index.html", render(study, table))
     if parquet:
         table.write_parquet(out / "table.parquet")
