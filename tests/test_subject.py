@@ -89,3 +89,46 @@ def test_nobody_is_nobody() -> None:
     late[3:, 1] = 7.0
     found = subject_of(late, np.arange(5), np.full((COUNT, 2), np.nan), PX_PER_M, RATE_HZ)
     np.testing.assert_array_equal(found, late[:, 1])
+
+
+@pytest.mark.parametrize("missed", [1, 15])
+def test_who_is_missed_at_first_is_waited_for(missed: int) -> None:
+    """The first pose decides, not who is there first."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        me, other = walking(90, 0.0, 0.0, rng), walking(90, 0.8, 0.0, rng)
+        first_px = me[0, :, :2].copy()
+        me[:missed] = np.nan
+        listed = np.stack([me, other], axis=1)
+        found = subject_of(listed, np.arange(90), first_px, PX_PER_M, RATE_HZ)
+        np.testing.assert_array_equal(found, me)
+
+
+def test_of_a_first_pose_that_is_rough_whoever_is_nearest_is_the_subject(rng: np.random.Generator) -> None:
+    me, other = walking(90, 0.0, 0.0, rng), walking(90, -2.0, 0.0, rng)
+    first_px = me[0, :, :2] + [1.0 * PX_PER_M, 0.0]
+    found = subject_of(np.stack([other, me], axis=1), np.arange(90), first_px, PX_PER_M, RATE_HZ)
+    np.testing.assert_array_equal(found, me)
+
+
+@given(st.integers(0, 10_000), st.floats(0.15, 1.5), st.integers(1, 3))
+def test_a_stray_frame_loses_nothing_else(seed: int, aside_m: float, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    me = walking(60, 0.0, 0.0, rng)
+    seen = me.copy()
+    seen[30 : 30 + count, :, 0] += aside_m * PX_PER_M
+    found = of([seen], rng)
+    left = [k for k in range(60) if not 30 <= k < 30 + count]
+    np.testing.assert_array_equal(found[left], me[left])
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.7])
+def test_joints_that_are_not_seen_make_nobody_new(share: float) -> None:
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        me = walking(120, 0.0, 0.3, rng)
+        first_px = me[0, :, :2].copy()
+        me[rng.random(me.shape[:2]) < share] = np.nan
+        found = subject_of(me[:, None], np.arange(120), first_px, PX_PER_M, RATE_HZ)
+        lost = np.isfinite(me[..., 0]) & np.isnan(found[..., 0])
+        assert lost.any(axis=1).mean() < 0.05

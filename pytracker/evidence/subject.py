@@ -7,6 +7,8 @@ taken for the subject a track goes over to him, without a jump that a filter wou
 from __future__ import annotations
 
 import functools
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,37 +27,60 @@ __all__ = ["points_of_subject", "subject_of"]
 USUAL_HZ = 30.0
 """Of a video that does not say its rate."""
 
-SLACK_M = 0.2
+SLACK_M = 0.12
 """How far most joints of somebody may be from where they were, besides what he moved: a detector trembles."""
-SPEED_M_S = 4.0
-"""Nobody moves on faster."""
+SPEED_M_S, MOST_M = 4.0, 1.0
+"""Nobody moves on faster, and who is gone for long is looked for no farther off."""
+START_M = 0.5
+"""A first pose is so rough at most; where hardly anything is found by it, it is rougher."""
+RECENT = 4
+"""Where somebody was so many frames ago he may be again: a detector leaps aside in between."""
 GOES_ON_S, NEWS = 0.3, 0.15
 """Somebody goes on as before for so long; of how he goes each frame says so much."""
 WILD_M = 0.5
 """One wild joint says no more than one so far off."""
 FORGOTTEN_S = 10.0
 """Others who were not seen for so long are new when they come again; the subject never is."""
+FEW = 0.2
+"""Of the rows with anybody."""
 
 
 @dataclass
 class _Somebody:
-    """Where somebody was seen last, px `(9, 2)`, in which frame, and how he was going, px a frame `(2,)`."""
+    """Where every joint was of late, px `(9, 2)`, and in which frames; how he was going, px a frame `(2,)`."""
 
-    pixels: Array
-    frame: int
+    recent: deque[tuple[Array, int]]
+    slack_m: float = SLACK_M
     velocity: Array = field(default_factory=lambda: np.zeros(2))
 
-    def at(self, frame: int, most: float) -> Array:
-        """Where he would be, going on for so many frames at most."""
-        return self.pixels + self.velocity * min(frame - self.frame, most)
+    @property
+    def frame(self) -> int:
+        """When he was seen last."""
+        return self.recent[-1][1]
+
+    def expected(self, frame: int, rate_hz: float) -> Iterator[tuple[Array, float]]:
+        """Where he may be, and how far from there, m: where he was, going on from there, and where he was before."""
+        pixels, then = self.recent[-1]
+        most_m = max(MOST_M, self.slack_m)
+        reach_m = min(self.slack_m + SPEED_M_S * (frame - then) / rate_hz, most_m)
+        yield pixels, reach_m
+        yield pixels + self.velocity * min(frame - then, GOES_ON_S * rate_hz), reach_m
+        if len(self.recent) > 1:
+            yield self.recent[0][0], SLACK_M
 
     def seen(self, pixels: Array, frame: int) -> None:
-        """Take where he is now."""
-        moved = pixels - self.pixels
+        """Take where he is now; a joint that is not seen stays where it was."""
+        before, then = self.recent[-1]
+        moved = pixels - before
         moved = moved[np.isfinite(moved).all(axis=1)]
         if len(moved):
-            self.velocity += NEWS * (np.median(moved, axis=0) / max(frame - self.frame, 1) - self.velocity)
-        self.pixels, self.frame = pixels, frame
+            self.velocity += NEWS * (np.median(moved, axis=0) / max(frame - then, 1) - self.velocity)
+        self.recent.append((np.where(np.isfinite(pixels), pixels, before), frame))
+        self.slack_m = SLACK_M
+
+
+def _somebody(pixels: Array, frame: int, slack_m: float = SLACK_M) -> _Somebody:
+    return _Somebody(deque([(pixels, frame)], maxlen=RECENT), slack_m)
 
 
 @functools.lru_cache(maxsize=1)  # who tracks it, and who doubts it
@@ -82,20 +107,27 @@ def subject_of(people: Array, frames: NDArray[np.int64], first_px: Array, px_per
         px_per_m: about the subject.
         rate_hz: frames a second.
     """
-    found = np.full((len(people), *people.shape[2:]), np.nan)
     seen: NDArray[np.bool_] = np.asarray(np.isfinite(people[..., 0]).any(axis=2))
     if not seen.any():
-        return found
+        return np.full((len(people), *people.shape[2:]), np.nan)
     first = int(np.argmax(seen.any(axis=1)))
-    # The subject is whoever is nearest to the first pose, however rough that is.
+    frame = int(frames[first])
+    found = _followed(people, frames, _somebody(first_px, frame, START_M), px_per_m, rate_hz)
+    if np.isfinite(found[..., 0]).any(axis=1).sum() >= FEW * seen.any(axis=1).sum():
+        return found
+    # The first pose is rough: whoever is nearest to it in the first row.
     off = [_off(person, first_px) for person in people[first][seen[first]]]
     nearest = people[first][seen[first]][int(np.argmin([np.median(of) if len(of) else np.inf for of in off]))]
-    subject = _Somebody(nearest[:, :2], int(frames[first]))
+    return _followed(people, frames, _somebody(nearest[:, :2], frame), px_per_m, rate_hz)
+
+
+def _followed(people: Array, frames: NDArray[np.int64], subject: _Somebody, px_per_m: float, rate_hz: float) -> Array:
+    """The subject's points in every row."""
+    found = np.full((len(people), *people.shape[2:]), np.nan)
     known = [subject]
-    for row in range(first, len(people)):
-        frame = int(frames[row])
+    for row, frame in enumerate(frames.tolist()):
         known = [one for one in known if one is subject or frame - one.frame <= FORGOTTEN_S * rate_hz]
-        those = people[row][seen[row]]
+        those = people[row][np.isfinite(people[row, ..., 0]).any(axis=1)]
         for k, one in _matched(those, known, frame, px_per_m, rate_hz).items():
             one.seen(those[k, :, :2], frame)
             if one is subject:
@@ -105,15 +137,8 @@ def subject_of(people: Array, frames: NDArray[np.int64], first_px: Array, px_per
 
 def _matched(those: Array, known: list[_Somebody], frame: int, px_per_m: float, rate_hz: float) -> dict[int, _Somebody]:
     """Who each of those is, the nearest first; whom nobody could have become is new, and known from here on."""
-    apart = np.full((len(those), len(known)), np.inf)
-    for j, one in enumerate(known):
-        reach_px = px_per_m * (SLACK_M + SPEED_M_S * (frame - one.frame) / rate_hz)
-        expected = one.at(frame, GOES_ON_S * rate_hz)
-        for k, person in enumerate(those):
-            off = _off(person, expected)
-            if len(off) and np.median(off) <= reach_px:
-                # Of two who pass each other most joints are alike; how they hold their arms is not.
-                apart[k, j] = float(np.minimum(off, WILD_M * px_per_m).mean())
+    apart = np.array([[_apart(person, one, frame, px_per_m, rate_hz) for one in known] for person in those])
+    apart = apart.reshape(len(those), len(known))
     matched: dict[int, _Somebody] = {}
     while np.isfinite(apart).any():
         k, j = (int(at) for at in np.unravel_index(np.argmin(apart), apart.shape))
@@ -121,9 +146,20 @@ def _matched(those: Array, known: list[_Somebody], frame: int, px_per_m: float, 
         apart[k], apart[:, j] = np.inf, np.inf
     for k in range(len(those)):
         if k not in matched:
-            matched[k] = _Somebody(those[k, :, :2], frame)
+            matched[k] = _somebody(those[k, :, :2], frame)
             known.append(matched[k])
     return matched
+
+
+def _apart(person: Array, one: _Somebody, frame: int, px_per_m: float, rate_hz: float) -> float:
+    """How far a person is from where somebody may be, px; infinite where he cannot be."""
+    least = np.inf
+    for pixels, reach_m in one.expected(frame, rate_hz):
+        off = _off(person, pixels)
+        if len(off) and np.median(off) <= reach_m * px_per_m:
+            # Of two who pass each other most joints are alike; how they hold their arms is not.
+            least = min(least, float(np.minimum(off, WILD_M * px_per_m).mean()))
+    return least
 
 
 def _off(person: Array, pixels: Array) -> Array:
