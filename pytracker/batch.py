@@ -8,6 +8,7 @@ from __future__ import annotations
 import multiprocessing
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 from pytracker._core import InputError, TrackingError
@@ -46,7 +47,8 @@ def track_all(
     """
     out.mkdir(parents=True, exist_ok=True)
     names, earlier = _names(folders), read_outcomes(out)
-    stays = {} if force else {folder: earlier[where] for folder in folders if (where := folder.resolve()) in earlier}
+    known = {} if force else {folder: folder.resolve() for folder in folders if folder.resolve() in earlier}
+    stays = {folder: replace(earlier[where], recording=folder) for folder, where in known.items()}
     outcomes = []
     threads = None if jobs == 1 else 1
     context = multiprocessing.get_context("spawn")

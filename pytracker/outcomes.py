@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Outcome", "read_outcomes", "table_of"]
+__all__ = ["EARLIER", "Outcome", "read_outcomes", "table_of"]
 
 EARLIER = "of an earlier run; --force does it again"
 COLUMNS = ("recording", "result", "failed", "frames", "valid", "error_m", "said", "folder")

@@ -69,7 +69,10 @@ def test_what_an_earlier_run_left_stays_in_the_table(tmp_path: Path) -> None:
     assert first == [("one", "one", "False", False), ("two", "", "True", False), ("one", "one-2", "False", False)]
     (two / "imu.csv").write_text(good)
     was = (out / "one" / "track.csv").stat().st_mtime_ns
-    assert run(one, two, alike) == 0
+    shown = CliRunner().invoke(app, ["track", str(one), str(two), str(alike), "--out", str(out), "--no-report"])
+    assert shown.exit_code == 0
+    assert f"{one}: 100% of 50 frames valid" in shown.output
+    assert shown.output.count("(of an earlier run; --force does it again)") == 2
     assert rows_of(out) == [
         ("one", "one", "False", True),
         ("two", "two", "False", False),

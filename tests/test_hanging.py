@@ -46,6 +46,10 @@ def test_what_stays_the_same_while_the_sensor_moves_is_left_out() -> None:
     q, acc = (np.tile(of[:1], (len(imu.acc), 1)) for of in (imu.q_world_segment, imu.acc))
     still = dataclasses.replace(imu, acc=acc, q_world_segment=q)
     assert without_hanging(track_of(hung), still, 0.0).valid.all()
+    # Nor does a hand that trembles go anywhere: 1 mm at 5 Hz are 1 m/s².
+    shakes = np.outer(np.sin(2 * np.pi * 5.0 * imu.time_s), [0.7, 0.7, 0.0])
+    trembling = dataclasses.replace(still, acc=np.ascontiguousarray(acc + shakes))
+    assert without_hanging(track_of(hung), trembling, 0.0).valid.all()
 
 
 def test_a_video_that_hangs_is_told_and_does_no_harm(tmp_path: Path) -> None:

@@ -99,3 +99,21 @@ def test_filled_gaps_are_not_scored(tmp_path: Path) -> None:
     was, now = (pt.evaluate(track, truth).joints["wrist"] for truth in (right.truth, recording.truth))
     assert now.rms_m < 1.2 * was.rms_m
     assert now.frames < was.frames - 45
+
+
+@pytest.mark.parametrize("digits", [3, 4])
+@pytest.mark.parametrize("rate_hz", [25.0, 50.0, 100.0])
+def test_a_hand_that_reaches_and_rests_is_measured(rate_hz: float, digits: int) -> None:
+    """In whole millimetres a rest is the same to the last digit, and a hand that is put down stops at once."""
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        time_s = np.arange(0.0, 20.0, 1.0 / rate_hz)
+        places, at, begins = np.zeros((len(time_s), 3)), np.zeros(3), 1.0
+        while begins < 19.0:
+            lasts, there = rng.uniform(0.5, 1.2), rng.normal(0.0, 0.15, 3)
+            share = np.clip((time_s - begins) / lasts, 0.0, 1.0)
+            places += np.outer(share**2 * (3.0 - 2.0 * share), there - at)
+            at, begins = there, begins + lasts + rng.uniform(0.5, 3.0)
+        for noise_m in (0.0, 0.0001):
+            trembling = places + noise_m * rng.standard_normal(places.shape)
+            assert filled(time_s, np.round(trembling, digits))[1] == ()

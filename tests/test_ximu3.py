@@ -67,6 +67,11 @@ def test_without_an_orientation_one_is_computed_and_the_field_is_taken(tmp_path:
     assert log.q_world_sensor is None
     assert log.mag is not None
     assert np.allclose(log.mag, [0.2, 0.0, -0.4])
+    table(folder / "Magnetometer.csv", header, time_s[:60], field[:60])
+    log = read_imu(folder)
+    assert log.mag is None
+    assert len(log.time_s) == len(time_s)
+    assert "Magnetometer.csv has nothing at" in log.warnings[0]
 
 
 def test_what_is_missing_is_left_out_and_told(tmp_path: Path) -> None:

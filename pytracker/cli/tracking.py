@@ -21,7 +21,7 @@ from pytracker.cli.terminal import frames_bar, print_comparison
 from pytracker.evidence.observations import shared_sightings
 from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method
-from pytracker.outcomes import Outcome
+from pytracker.outcomes import EARLIER, Outcome
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
@@ -180,7 +180,8 @@ def _track_several(
     def told(one: Outcome) -> None:
         error = "" if one.error_m is None else f", {100 * one.error_m:.1f} cm off"
         state = f"failed: {one.said[0]}" if one.failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
-        say(f"{one.recording}: {state}", quiet)
+        when = f" ({EARLIER})" if EARLIER in one.said else ""
+        say(f"{one.recording}: {state}{when}", quiet)
 
     outcomes = batch.track_all(
         folders, out, method_of, seed=seed, page=not no_report, force=force, jobs=jobs, done=told

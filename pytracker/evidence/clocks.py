@@ -8,7 +8,7 @@ neither camera, heading nor mount need to be known.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +23,13 @@ MOST, STEP = 0.25, 0.005
 FIRST_S = 60.0
 NEAR_S = 0.6
 """A clock that is nearer than this to one that is given is the one that is given, or at another rate."""
-LEAST_S = 8.0
+LEAST_S = 10.0
 """Less fits at many a rate and time."""
-LEAST_EXPLAINED = 0.6
+BLOCK_S = 0.5
+"""Movement is counted in stretches so long: where most of them rest, few say anything."""
+LEAST_SWIFT = 0.15
+"""So much of the movement, RMS, must be as swift as is laid over each other: of what is slow only its remains are."""
+LEAST_EXPLAINED = 0.75
 """Where less is explained at any, something else is wrong, or nothing moves."""
 
 
@@ -37,7 +41,8 @@ class Clock:
         slower: by so large a share more time passes between the IMU's samples than is given.
         later_s: so much has to be added to the IMU's times.
         explained: share of the movement in the picture that the IMU's movement explains.
-        worth_s: minus the logarithm of what is left unexplained, times the seconds that are laid over each other.
+        worth_s: minus the logarithm of what is left unexplained, times the seconds that are laid over each other and in
+            which something moves.
     """
 
     slower: float
@@ -66,6 +71,9 @@ def find_clock(
         return None
     camera_s, camera = banded(frame_s[first], pixels[first])
     edge = round(EDGE_S / GRID_S)
+    whole_px = float(np.linalg.norm(np.nanstd(pixels[first], axis=0)))
+    if len(camera) < 3 * edge or not float(np.linalg.norm(camera[edge:-edge].std(axis=0))) > LEAST_SWIFT * whole_px:
+        return None
     as_given = _laid(camera_s, camera[edge:-edge], (imu_s, acceleration), 0.0, near_s)
     given = max((clock for clock in as_given if abs(clock.later_s) < near_s), key=_worth, default=NONE)
     # At another rate only what is about there is looked at.
@@ -77,7 +85,16 @@ def find_clock(
     best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=NONE)
     if best.explained < LEAST_EXPLAINED or abs(best.slower) > MOST - STEP:
         return None
+    lively = _lively(camera[edge:-edge])
+    given, best = (replace(clock, worth_s=lively * clock.worth_s) for clock in (given, best))
     return given, best
+
+
+def _lively(camera: Array) -> float:
+    """In how large a share of the time it moves: 1 where in all of it alike."""
+    block = round(BLOCK_S / GRID_S)
+    energy = np.square(camera[: len(camera) // block * block]).reshape(-1, block, 2).sum(axis=(1, 2))
+    return float(energy.sum() ** 2 / max(len(energy) * np.square(energy).sum(), 1e-30))
 
 
 def _worth(clock: Clock) -> float:

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.evidence.camshift import REPEATS, PatchTrack
+from pytracker.evidence.lag import GRID_S, banded
 from pytracker.recording.recording import Imu
-from pytracker.rotation import Array, rotate
+from pytracker.rotation import rotate
 
 __all__ = ["HANGS", "without_hanging"]
 
@@ -21,8 +22,10 @@ SAME_PX = 0.02
 """Of a picture that was taken anew no patch's centre stays so still for long, but where nothing moves."""
 LEAST_S, LEAST_FRAMES = 0.2, 5
 """A shorter pause does no harm."""
-TURNS_RAD, SHAKES = 0.05, 0.4
-"""A sensor that turns so far meanwhile, or whose acceleration varies by so much (m/s², standard deviation), moves."""
+ABOUT_S = 2.0
+"""The sensor's way is found from so much about it."""
+MOVES_M = 0.02
+"""A wrist that goes so far meanwhile moves, by its sensor; a hand that trembles stays where it is."""
 
 
 def without_hanging(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
@@ -36,19 +39,20 @@ def without_hanging(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
     hung = np.zeros(len(track.time_s), dtype=bool)
     for first, last in edges.reshape(-1, 2):
         from_s, to_s = track.time_s[[first, last]] + start_s
-        if last - first >= LEAST_FRAMES and to_s - from_s >= LEAST_S and _moves(imu, from_s, to_s):
+        if last - first >= LEAST_FRAMES and to_s - from_s >= LEAST_S and _goes_m(imu, from_s, to_s) > MOVES_M:
             hung[first + 1 : last + 1] = True
     return _unseen(track, hung) if hung.any() else track
 
 
-def _moves(imu: Imu, from_s: float, to_s: float) -> bool:
-    some = (imu.time_s >= from_s) & (imu.time_s <= to_s)
+def _goes_m(imu: Imu, from_s: float, to_s: float) -> float:
+    """How far the sensor goes between two times, m: what it felt, integrated twice, without what is slow and drifts."""
+    some = (imu.time_s >= from_s - ABOUT_S) & (imu.time_s <= to_s + ABOUT_S)
     if some.sum() < LEAST_FRAMES:
-        return False
-    q = imu.q_world_segment[some]
-    turned = 2.0 * np.arccos(np.clip(np.abs((q * q[0]).sum(axis=1)), 0.0, 1.0))
-    acceleration: Array = rotate(q, imu.acc[some])
-    return bool(turned.max() > TURNS_RAD or np.linalg.norm(acceleration.std(axis=0)) > SHAKES)
+        return 0.0
+    start_s, way = banded(imu.time_s[some], rotate(imu.q_world_segment[some], imu.acc[some]), integrations=2)
+    time_s = start_s + GRID_S * np.arange(len(way))
+    inside = way[(time_s >= from_s) & (time_s <= to_s)]
+    return float(np.linalg.norm(np.ptp(inside, axis=0))) if len(inside) else 0.0
 
 
 def _unseen(track: PatchTrack, hung: NDArray[np.bool_]) -> PatchTrack:

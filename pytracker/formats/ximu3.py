@@ -28,6 +28,8 @@ OTHERS = {
     MAGNETOMETER: {f"magnetometer{axis}": f"mag_{axis}" for axis in "xyz"},
 }
 """What columns are called in ours, by file."""
+MOST_OF_IT = 0.9
+"""Of less there is no magnetic field: the heading is arbitrary."""
 LONG_GAP = 10.0
 """Messages that stay away for so many of their usual intervals are lost, and nothing is between."""
 
@@ -35,7 +37,7 @@ LONG_GAP = 10.0
 def files_of_ximu3(folder: Path) -> dict[str, Path]:
     """What is read of a folder, by name in small letters; without `inertial` it is none of x-io's."""
     known = {INERTIAL, *OTHERS}
-    return {path.stem.lower(): path for path in sorted(folder.glob("*.csv")) if path.stem.lower() in known}
+    return {path.stem.lower(): path for path in sorted(folder.glob("*.[cC][sS][vV]")) if path.stem.lower() in known}
 
 
 def is_ximu3(folder: Path) -> bool:
@@ -59,6 +61,9 @@ def _beside(log: ImuLog, path: Path, columns: dict[str, str]) -> ImuLog:
     after = np.clip(np.searchsorted(time_s, log.time_s), 1, len(time_s) - 1)
     wait = np.diff(time_s)
     kept &= wait[after - 1] <= LONG_GAP * np.median(wait)
+    if "mag_x" in columns.values() and kept.mean() < MOST_OF_IT:
+        words = f"{path.name} has nothing at {int((~kept).sum())} of {len(kept)} inertial samples: it is left out"
+        return dataclasses.replace(log, warnings=(*log.warnings, words))
     if kept.sum() < 2:
         raise InputError(
             f"{path}: goes from {time_s[0]:.3f} to {time_s[-1]:.3f} s and {log.path.name} from {log.time_s[0]:.3f} to "

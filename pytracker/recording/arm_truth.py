@@ -119,9 +119,9 @@ def _check_truth(file: Path, truth: Truth, arm: ArmEntry) -> list[str]:
                 f"{file}: {a} and {b} are {middle:.3f} m apart, expected {low:.2f} to {high:.2f} m by the arm's "
                 "lengths: check the markers' names and units, and the world frame"
             )
-    if exchanged := _exchanged(file, joints):
-        return exchanged
     if "shoulder" in truth.joints_m:
+        if exchanged := _exchanged(file, joints):
+            return exchanged
         middle_m = np.nanmedian(truth.joints_m["shoulder"], axis=0)
         off = float(np.linalg.norm(middle_m - np.array(arm.shoulder_m)))
         if off > SHOULDER_M:

@@ -28,6 +28,9 @@ TREMBLES = 0.3
 """Where no larger a share of a marker's other second differences is so small it trembles, never going straight on."""
 CORNER, CORNER_DIGITS = 6.0, 5.0
 """Where it does not, they are so many times larger than usual where a filled run begins or ends, and than rounding."""
+LEAVES_M, GOES_M = 0.015, 0.03
+"""What is held is left by a leap of so much from one row to the next, and what is filled in by a line goes so far: what
+rests, to its digits, rests, and is where it is said to be."""
 JUMPS_M = 1.0
 """What leaps so far is no gap that was filled in: a stray."""
 DIGITS_M = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
@@ -75,9 +78,18 @@ def _filled(time_s: Array, points: Array) -> Iterator[tuple[int, int]]:
         corner_m = float(np.nanmax(corners))
         if not usual.size or corner_m > JUMPS_M:
             continue
+        if not _does_harm(points, first, last):
+            continue
         trembles = float((usual <= most).mean()) < TREMBLES
         if trembles or corner_m > max(CORNER * float(np.median(usual)), CORNER_DIGITS * most):
             yield first + 1, last
+
+
+def _does_harm(points: Array, first: int, last: int) -> bool:
+    """Whether a run goes somewhere, or is left or entered by a leap."""
+    ends = [points[k : k + 2] for k in (first - 1, last) if 0 <= k < len(points) - 1]
+    leaps = [float(np.linalg.norm(end[1] - end[0])) for end in ends if np.isfinite(end).all()]
+    return float(np.linalg.norm(points[last] - points[first])) > GOES_M or max(leaps, default=0.0) > LEAVES_M
 
 
 def _bent(points: Array, stride: int) -> Array:
