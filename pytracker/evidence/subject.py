@@ -32,7 +32,9 @@ SLACK_M = 0.12
 SPEED_M_S, MOST_M = 4.0, 1.0
 """Nobody moves on faster, and who is gone for long is looked for no farther off."""
 START_M = 0.5
-"""A first pose is so rough at most; where hardly anything is found by it, it is rougher."""
+"""So rough a first pose is at most, usually;"""
+FEW = 0.2
+"""where nobody is found by it in more than this share of the rows with anybody, it is rougher."""
 RECENT = 4
 """Where somebody was so many frames ago he may be again: a detector leaps aside in between."""
 GOES_ON_S, NEWS = 0.3, 0.15
@@ -41,8 +43,6 @@ WILD_M = 0.5
 """One wild joint says no more than one so far off."""
 FORGOTTEN_S = 10.0
 """Others who were not seen for so long are new when they come again; the subject never is."""
-FEW = 0.2
-"""Of the rows with anybody."""
 
 
 @dataclass
