@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import functools
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,15 +57,12 @@ class _Somebody:
         """When he was seen last."""
         return self.recent[-1][1]
 
-    def expected(self, frame: int, rate_hz: float) -> Iterator[tuple[Array, float]]:
+    def expected(self, frame: int, rate_hz: float) -> tuple[list[Array], list[float]]:
         """Where he may be, and how far from there, m: where he was, going on from there, and where he was before."""
         pixels, then = self.recent[-1]
-        most_m = max(MOST_M, self.slack_m)
-        reach_m = min(self.slack_m + SPEED_M_S * (frame - then) / rate_hz, most_m)
-        yield pixels, reach_m
-        yield pixels + self.velocity * min(frame - then, GOES_ON_S * rate_hz), reach_m
-        if len(self.recent) > 1:
-            yield self.recent[0][0], SLACK_M
+        reach_m = min(self.slack_m + SPEED_M_S * (frame - then) / rate_hz, max(MOST_M, self.slack_m))
+        going = pixels + self.velocity * min(frame - then, GOES_ON_S * rate_hz)
+        return [pixels, going, self.recent[0][0]], [reach_m, reach_m, SLACK_M]
 
     def seen(self, pixels: Array, frame: int) -> None:
         """Take where he is now; a joint that is not seen stays where it was."""
@@ -116,8 +112,8 @@ def subject_of(people: Array, frames: NDArray[np.int64], first_px: Array, px_per
     if np.isfinite(found[..., 0]).any(axis=1).sum() >= FEW * seen.any(axis=1).sum():
         return found
     # The first pose is rough: whoever is nearest to it in the first row.
-    off = [_off(person, first_px) for person in people[first][seen[first]]]
-    nearest = people[first][seen[first]][int(np.argmin([np.median(of) if len(of) else np.inf for of in off]))]
+    there = people[first][seen[first]]
+    nearest = there[int(np.argmin(_off(there, first_px)[1]))]
     return _followed(people, frames, _somebody(nearest[:, :2], frame), px_per_m, rate_hz)
 
 
@@ -128,6 +124,8 @@ def _followed(people: Array, frames: NDArray[np.int64], subject: _Somebody, px_p
     for row, frame in enumerate(frames.tolist()):
         known = [one for one in known if one is subject or frame - one.frame <= FORGOTTEN_S * rate_hz]
         those = people[row][np.isfinite(people[row, ..., 0]).any(axis=1)]
+        if not len(those):
+            continue
         for k, one in _matched(those, known, frame, px_per_m, rate_hz).items():
             one.seen(those[k, :, :2], frame)
             if one is subject:
@@ -137,8 +135,14 @@ def _followed(people: Array, frames: NDArray[np.int64], subject: _Somebody, px_p
 
 def _matched(those: Array, known: list[_Somebody], frame: int, px_per_m: float, rate_hz: float) -> dict[int, _Somebody]:
     """Who each of those is, the nearest first; whom nobody could have become is new, and known from here on."""
-    apart = np.array([[_apart(person, one, frame, px_per_m, rate_hz) for one in known] for person in those])
-    apart = apart.reshape(len(those), len(known))
+    expected = [one.expected(frame, rate_hz) for one in known]
+    off, most = _off(those[:, None, None], np.array([places for places, _ in expected]))
+    is_in_reach = most <= px_per_m * np.array([reaches for _, reaches in expected])
+    # Of two who pass each other most joints are alike; how they hold their arms is not.
+    capped = np.fmin(off, WILD_M * px_per_m)
+    seen = np.isfinite(off)
+    apart = np.where(seen, capped, 0.0).sum(axis=-1) / np.maximum(seen.sum(axis=-1), 1)
+    apart = np.where(is_in_reach, apart, np.inf).min(axis=-1)
     matched: dict[int, _Somebody] = {}
     while np.isfinite(apart).any():
         k, j = (int(at) for at in np.unravel_index(np.argmin(apart), apart.shape))
@@ -151,19 +155,14 @@ def _matched(those: Array, known: list[_Somebody], frame: int, px_per_m: float, 
     return matched
 
 
-def _apart(person: Array, one: _Somebody, frame: int, px_per_m: float, rate_hz: float) -> float:
-    """How far a person is from where somebody may be, px; infinite where he cannot be."""
-    least = np.inf
-    for pixels, reach_m in one.expected(frame, rate_hz):
-        off = _off(person, pixels)
-        if len(off) and np.median(off) <= reach_m * px_per_m:
-            # Of two who pass each other most joints are alike; how they hold their arms is not.
-            least = min(least, float(np.minimum(off, WILD_M * px_per_m).mean()))
-    return least
+def _off(people: Array, places: Array) -> tuple[Array, Array]:
+    """How far people's points are from some places, px `(..., 9)`, left and right as they are nearer; and most of them.
 
-
-def _off(person: Array, pixels: Array) -> Array:
-    """How far somebody's points are from some places, px, those that are known, left and right as they are nearer."""
-    ways = (np.linalg.norm(of[:, :2] - pixels, axis=1) for of in (person, person[EXCHANGED]))
-    known = [off[np.isfinite(off)] for off in ways]
-    return min(known, key=lambda off: float(np.median(off)) if len(off) else np.inf)
+    NaN of what is not seen; most of nothing is infinitely far.
+    """
+    ways = np.stack([np.linalg.norm(of[..., :2] - places, axis=-1) for of in (people, people[..., EXCHANGED, :])])
+    ordered, count = np.sort(ways, axis=-1), np.isfinite(ways).sum(axis=-1, keepdims=True)
+    middle = [np.take_along_axis(ordered, np.maximum(k, 0), axis=-1)[..., 0] for k in ((count - 1) // 2, count // 2)]
+    most = np.where(count[..., 0] > 0, 0.5 * (middle[0] + middle[1]), np.inf)
+    nearer = most[1] < most[0]
+    return np.where(nearer[..., None], ways[1], ways[0]), np.where(nearer, most[1], most[0])
