@@ -59,6 +59,8 @@ def test_messages_are_brought_together(tmp_path: Path) -> None:
 def test_without_an_orientation_one_is_computed_and_the_field_is_taken(tmp_path: Path) -> None:
     folder = ximu3(tmp_path / "x")
     (folder / "Quaternion.csv").unlink()
+    (folder / "EulerAngles.csv").write_text("Timestamp (us),Roll (deg),Pitch (deg),Yaw (deg)\n")
+    assert "EulerAngles.csv is not read, only Quaternion.csv" in read_imu(folder).warnings[0]
     time_s = SIMULATION.recording().imus[0].time_s
     field = np.tile([0.2, 0.0, -0.4], (len(time_s), 1))
     header = "Timestamp (us),Magnetometer X (a.u.),Magnetometer Y (a.u.),Magnetometer Z (a.u.)"
@@ -72,6 +74,7 @@ def test_without_an_orientation_one_is_computed_and_the_field_is_taken(tmp_path:
     assert log.mag is None
     assert len(log.time_s) == len(time_s)
     assert "Magnetometer.csv has nothing at" in log.warnings[0]
+    assert "the orientation is computed in its place" in log.warnings[1]
 
 
 def test_what_is_missing_is_left_out_and_told(tmp_path: Path) -> None:

@@ -28,6 +28,8 @@ OTHERS = {
     MAGNETOMETER: {f"magnetometer{axis}": f"mag_{axis}" for axis in "xyz"},
 }
 """What columns are called in ours, by file."""
+TURNED_OTHERWISE = ("eulerangles", "rotationmatrix")
+"""Orientations that are not read."""
 MOST_OF_IT = 0.9
 """Of less there is no magnetic field: the heading is arbitrary."""
 LONG_GAP = 10.0
@@ -52,7 +54,11 @@ def read_ximu3(folder: Path) -> ImuLog:
     for name, columns in OTHERS.items():
         if name in files:
             log = _beside(log, files[name], columns)
-    return log
+    idle = [path.name for path in sorted(folder.glob("*.[cC][sS][vV]")) if path.stem.lower() in TURNED_OTHERWISE]
+    if QUATERNION in files or not idle:
+        return log
+    words = f"{folder.name}: {idle[0]} is not read, only Quaternion.csv: the orientation is computed in its place"
+    return dataclasses.replace(log, warnings=(*log.warnings, words))
 
 
 def _beside(log: ImuLog, path: Path, columns: dict[str, str]) -> ImuLog:
