@@ -76,6 +76,37 @@ def test_a_clock_that_is_off_by_seconds_is_found(early_s: float) -> None:
         assert best.slower == 0.0
 
 
+def test_rest_tells_nothing_of_a_clock() -> None:
+    """Who moved for 20 s and then rests for 20 says as much as before; a rest was counted as if it agreed."""
+    recording, sightings = simulated("gesture", 20.0, 19)
+    moved = found(recording, sightings)
+    assert moved is not None
+    rng, imu = np.random.default_rng(1), recording.imus[0]
+    still = sightings.pixels[-1] + rng.normal(0.0, 2.0, (500, 1, 2))
+    time_s = np.concatenate([sightings.time_s, sightings.time_s[-1] + np.arange(1, 501) / 25.0])
+    resting = pt.Sightings.of(time_s, np.concatenate([sightings.pixels, still]))
+    count, last = 2000, imu.q_world_segment[-1:]
+    force = rotate(last * [1.0, -1.0, -1.0, -1.0], np.array([[0.0, 0.0, GRAVITY]]))
+    longer = dataclasses.replace(
+        imu,
+        time_s=np.concatenate([imu.time_s, imu.time_s[-1] + np.arange(1, count + 1) / 100.0]),
+        acc=np.concatenate([imu.acc, force + rng.normal(0.0, 0.02, (count, 3))]),
+        q_world_segment=np.concatenate([imu.q_world_segment, np.repeat(last, count, axis=0)]),
+        gyr=None,
+    )
+    rested = found(dataclasses.replace(recording, imus=(longer,)), resting)
+    assert rested is not None
+    assert 0.5 < rested[0].worth_s / moved[0].worth_s < 1.3
+
+
+def test_of_a_movement_that_is_too_slow_nothing_is_said() -> None:
+    """What is left of it between the frequencies that are compared is noise, and fits at many a rate."""
+    for seed in range(5):
+        simulation = ArmSimulation(pt.ArmScene(period_s=12.0, duration_s=24.0, worn=True), seed)
+        sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(0.5))
+        assert found(simulation.recording(), sightings) is None
+
+
 def test_what_is_hardly_seen_or_too_short_says_nothing() -> None:
     recording, sightings = simulated("circle", 20.0, 16)
     hidden = np.where(np.arange(len(sightings.time_s))[:, None, None] % 3 == 0, sightings.pixels, np.nan)

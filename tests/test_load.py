@@ -6,11 +6,13 @@ import re
 import shutil
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from conftest import load_arm
 
 import pytracker as pt
+from pytracker.formats.video import frames
 from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate import ArmSimulation
 
@@ -177,6 +179,24 @@ def test_a_truth_with_wrist_and_elbow_exchanged_is_told(folder: Path) -> None:
     said = "\n".join(pt.load(folder).warnings)
     assert "the wrist keeps its distance from the shoulder to 0.000 m (sd) and the elbow's varies by 0." in said
     assert "are wrist and elbow exchanged?" in said
+
+
+def test_a_second_camera_of_a_part_is_told(tmp_path: Path) -> None:
+    """Its video was cut short: 3 cm off for 0.1, without a word."""
+    folder = pt.simulate_arm(tmp_path / "two", pt.ArmScene(duration_s=2.0, cameras=2), seed=2)
+    recording = load_arm(folder)
+    assert not any("covers" in words for words in recording.warnings)
+    second = recording.views[1].video
+    assert second is not None
+    images = [frame.image for frame in frames(second)]
+    height, width = images[0].shape[:2]
+    writer = cv2.VideoWriter(str(second), cv2.VideoWriter.fourcc(*"mp4v"), 25.0, (width, height))
+    for image in images[:20]:
+        writer.write(image)
+    writer.release()
+    (said,) = (words for words in load_arm(folder).warnings if "covers" in words)
+    assert "covers 0.000 to 0.800 s and" in said
+    assert "where it has no frames the others are followed alone" in said
 
 
 def test_start_from_truth_or_from_the_patch(folder: Path) -> None:

@@ -10,7 +10,6 @@ import time
 import tracemalloc
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from conftest import arm_tracker, estimated, load_arm, shown
@@ -18,7 +17,6 @@ from conftest import arm_tracker, estimated, load_arm, shown
 import pytracker as pt
 from pytracker.evidence import sight
 from pytracker.evidence.observations import AT_ONCE
-from pytracker.formats.video import frames
 from pytracker.methods.arm import METHODS, ArmMethod
 from pytracker.simulate import ArmSimulation
 from pytracker.tracking import resample
@@ -244,17 +242,6 @@ def test_two_cameras_of_a_folder_are_one_time_axis(tmp_path: Path) -> None:
     assert sightings.valid.all()
     scores = pt.evaluate(pt.track(recording, pt.Plain(), 1, sightings=sightings), recording.truth)
     assert scores.joints["wrist"].rms_m < 0.02
-    assert not any("covers" in words for words in recording.warnings)
-    second = next(path for path in folder.glob("*.mp4") if path == recording.views[1].video)
-    images = [frame.image for frame in frames(second)]
-    height, width = images[0].shape[:2]
-    writer = cv2.VideoWriter(str(second), cv2.VideoWriter.fourcc(*"mp4v"), 25.0, (width, height))
-    for image in images[:20]:
-        writer.write(image)
-    writer.release()
-    (said,) = (words for words in load_arm(folder).warnings if "covers" in words)
-    assert "covers 0.000 to 0.800 s and" in said
-    assert "where it has no frames the others are followed alone" in said
 
 
 def test_a_run_lets_the_interpreter_go(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
