@@ -102,7 +102,7 @@ def test_rest_tells_nothing_of_a_clock() -> None:
 def test_of_a_movement_that_is_too_slow_nothing_is_said() -> None:
     """What is left of it between the frequencies that are compared is noise, and fits at many a rate."""
     for seed in range(5):
-        simulation = ArmSimulation(pt.ArmScene(period_s=12.0, duration_s=24.0, worn=True), seed)
+        simulation = ArmSimulation(pt.ArmScene(pattern="rectangle", period_s=12.0, duration_s=24.0), seed)
         sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(0.5))
         assert found(simulation.recording(), sightings) is None
 
