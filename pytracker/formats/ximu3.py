@@ -6,6 +6,8 @@ Messages come at rates of their own, by one clock: orientation and magnetic fiel
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -23,22 +25,20 @@ __all__ = ["files_of_ximu3", "is_ximu3", "read_ximu3"]
 Float = NDArray[np.float64]
 
 INERTIAL, QUATERNION, MAGNETOMETER = "inertial", "quaternion", "magnetometer"
-OTHERS = {
-    QUATERNION: dict(zip("wxyz", ("q_w", "q_x", "q_y", "q_z"), strict=True)),
-    MAGNETOMETER: {f"magnetometer{axis}": f"mag_{axis}" for axis in "xyz"},
-}
-"""What columns are called in ours, by file."""
+OF_QUATERNION = {"w": "q_w", "x": "q_x", "y": "q_y", "z": "q_z"}
+OF_MAGNETOMETER = {f"magnetometer{axis}": f"mag_{axis}" for axis in "xyz"}
+"""What their columns are called in ours."""
 TURNED_OTHERWISE = ("eulerangles", "rotationmatrix")
 """Orientations that are not read."""
 MOST_OF_IT = 0.9
-"""Of less there is no magnetic field: the heading is arbitrary."""
+"""A magnetic field that is there for less of the time is left out: the heading is arbitrary."""
 LONG_GAP = 10.0
 """Messages that stay away for so many of their usual intervals are lost, and nothing is between."""
 
 
 def files_of_ximu3(folder: Path) -> dict[str, Path]:
     """What is read of a folder, by name in small letters; without `inertial` it is none of x-io's."""
-    known = {INERTIAL, *OTHERS}
+    known = {INERTIAL, QUATERNION, MAGNETOMETER}
     return {path.stem.lower(): path for path in sorted(folder.glob("*.[cC][sS][vV]")) if path.stem.lower() in known}
 
 
@@ -51,9 +51,10 @@ def read_ximu3(folder: Path) -> ImuLog:
     """The inertial messages, with the orientation and field between theirs. Raises `InputError`."""
     files = files_of_ximu3(folder)
     log = imu_csv.read(files[INERTIAL], read_lines(files[INERTIAL]))
-    for name, columns in OTHERS.items():
-        if name in files:
-            log = _beside(log, files[name], columns)
+    if QUATERNION in files:
+        log = _oriented(log, _message(files[QUATERNION], OF_QUATERNION))
+    if MAGNETOMETER in files:
+        log = _magnetic(log, _message(files[MAGNETOMETER], OF_MAGNETOMETER))
     idle = [path.name for path in sorted(folder.glob("*.[cC][sS][vV]")) if path.stem.lower() in TURNED_OTHERWISE]
     if QUATERNION in files or not idle:
         return log
@@ -61,35 +62,55 @@ def read_ximu3(folder: Path) -> ImuLog:
     return dataclasses.replace(log, warnings=(*log.warnings, words))
 
 
-def _beside(log: ImuLog, path: Path, columns: dict[str, str]) -> ImuLog:
-    time_s, values, lines = _message(path, columns)
-    kept = (log.time_s >= time_s[0]) & (log.time_s <= time_s[-1])
-    after = np.clip(np.searchsorted(time_s, log.time_s), 1, len(time_s) - 1)
-    wait = np.diff(time_s)
-    kept &= wait[after - 1] <= LONG_GAP * np.median(wait)
-    if "mag_x" in columns.values() and kept.mean() < MOST_OF_IT:
-        words = f"{path.name} has nothing at {int((~kept).sum())} of {len(kept)} inertial samples: it is left out"
-        return dataclasses.replace(log, warnings=(*log.warnings, words))
+@dataclass(frozen=True, eq=False)
+class _Message:
+    """Times, s `(M,)`, values `(M, K)` and lines of one kind of message."""
+
+    path: Path
+    time_s: Float
+    values: Float
+    lines: NDArray[np.int64]
+
+    def covers(self, time_s: Float) -> NDArray[np.bool_]:
+        """At which times `(T,)` it is between two messages that follow each other."""
+        wait = np.diff(self.time_s)
+        after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(wait))
+        inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
+        return np.asarray(inside & (wait[after - 1] <= LONG_GAP * np.median(wait)))
+
+    def at(self, time_s: Float) -> Float:
+        """Between its messages `(T, K)`."""
+        return np.stack([np.interp(time_s, self.time_s, column) for column in self.values.T], axis=1)
+
+
+def _oriented(log: ImuLog, turned: _Message) -> ImuLog:
+    """Where there is an orientation. Raises `InputError` where there is none, or one that is no quaternion."""
+    kept = turned.covers(log.time_s)
     if kept.sum() < 2:
         raise InputError(
-            f"{path}: goes from {time_s[0]:.3f} to {time_s[-1]:.3f} s and {log.path.name} from {log.time_s[0]:.3f} to "
-            f"{log.time_s[-1]:.3f} s, expected one recording"
+            f"{turned.path}: goes from {turned.time_s[0]:.3f} to {turned.time_s[-1]:.3f} s and {log.path.name} from "
+            f"{log.time_s[0]:.3f} to {log.time_s[-1]:.3f} s, expected one recording"
         )
-    if "q_w" in columns.values():
-        values = _turning_on(path, values, lines)
-    at = np.stack([np.interp(log.time_s, time_s, column) for column in values.T], axis=1)
     said = log.warnings
     if lost := int((~kept).sum()):
-        said = (*said, f"{path.name}: has nothing at {lost} of {len(kept)} inertial samples, which are left out")
+        said = (*said, f"{turned.path.name}: has nothing at {lost} of {len(kept)} inertial samples, which are left out")
     log = log.kept(kept)
-    if "q_w" not in columns.values():
-        return dataclasses.replace(log, mag=at[kept], warnings=said)
-    q = at[kept] / np.linalg.norm(at[kept], axis=1, keepdims=True)
+    steady = dataclasses.replace(turned, values=_turning_on(turned.path, turned.values, turned.lines))
+    q = steady.at(log.time_s)
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
     return dataclasses.replace(log, q_world_sensor=np.ascontiguousarray(q), warnings=said)
 
 
-def _message(path: Path, columns: dict[str, str]) -> tuple[Float, Float, NDArray[np.int64]]:
-    """Times, s `(M,)`, the columns `(M, K)` and their lines."""
+def _magnetic(log: ImuLog, field: _Message) -> ImuLog:
+    """With the magnetic field, where it is there most of the time."""
+    lost = ~field.covers(log.time_s)
+    if lost.mean() <= 1.0 - MOST_OF_IT:
+        return dataclasses.replace(log, mag=field.at(log.time_s))
+    words = f"{field.path.name} has nothing at {int(lost.sum())} of {len(lost)} inertial samples: it is left out"
+    return dataclasses.replace(log, warnings=(*log.warnings, words))
+
+
+def _message(path: Path, columns: Mapping[str, str]) -> _Message:
     header = header_of(read_lines(path))
     names, factor = [], 1.0
     for name in header.names:
@@ -110,7 +131,7 @@ def _message(path: Path, columns: dict[str, str]) -> tuple[Float, Float, NDArray
     if (back := np.flatnonzero(~(np.diff(time_s[:, 0]) > 0))).size or len(time_s) < 2:
         line = int(table.lines[back[0] + 1]) if back.size else int(table.lines[0])
         raise InputError(f"{path}:{line}: time does not go on, expected two rows at least, of increasing times")
-    return factor * time_s[:, 0], values, table.lines
+    return _Message(path, factor * time_s[:, 0], values, table.lines)
 
 
 def _turning_on(path: Path, q: Float, lines: NDArray[np.int64]) -> Float:
