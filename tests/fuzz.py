@@ -24,13 +24,14 @@ import pytracker as pt
 from pytracker.cli.settings import chosen_method
 from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats import read_amc, read_asf
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
-from pytracker.formats.keypoints import read_keypoints
+from pytracker.formats.imu.read import read_imu
+from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.points import read_points
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
+from pytracker.inertial.check import check
+from pytracker.inertial.orientation import orient
 from pytracker.recording.projection import fit_weak_perspective
 from pytracker.recording.schema import read_recording_file
 from pytracker.report.tables import read_track

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.formats.imu import read_imu
+from pytracker.formats.imu.read import read_imu
 from pytracker.rotation import Array, rotation_vector_to_quaternion
 
 h5py = pytest.importorskip("h5py")

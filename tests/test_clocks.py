@@ -9,7 +9,7 @@ import pytest
 
 import pytracker as pt
 from pytracker.evidence.clocks import Clock, find_clock
-from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import rotate
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking.clocks import is_another

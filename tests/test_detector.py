@@ -23,9 +23,9 @@ from typer.testing import CliRunner
 import pytracker as pt
 from pytracker._core import KEYPOINTS
 from pytracker.cli.entry import app
-from pytracker.formats.keypoint_models import COCO
-from pytracker.formats.keypoints import read_keypoints
-from pytracker.formats.keypoints_write import keypoints_text
+from pytracker.formats.keypoints.models import COCO
+from pytracker.formats.keypoints.read import read_keypoints
+from pytracker.formats.keypoints.write import keypoints_text
 from pytracker.formats.video import VideoWriter
 from pytracker.setup import detect, init
 

@@ -11,9 +11,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import pytracker as pt
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
-from pytracker.formats.imu_log import ImuLog
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.check import check
+from pytracker.inertial.log import ImuLog
+from pytracker.inertial.orientation import orient
 from pytracker.rotation import (
     euler_to_quaternion,
     matrix_to_quaternion,

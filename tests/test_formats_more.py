@@ -11,9 +11,10 @@ from scipy.io import savemat
 
 import pytracker as pt
 from pytracker.formats.bvh import read_bvh
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
+from pytracker.formats.imu.read import read_imu
 from pytracker.formats.mat import read_mat_points
+from pytracker.inertial.check import check
+from pytracker.inertial.orientation import orient
 from pytracker.setup.truth_entry import markers_of
 
 

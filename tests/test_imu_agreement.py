@@ -10,8 +10,9 @@ import pytest
 from test_formats_imu import load, write
 
 import pytracker as pt
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.check import check
+from pytracker.inertial.orientation import orient
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 
 

@@ -14,10 +14,10 @@ from test_imu_agreement import waving
 from test_imu_faults import ACC, GYR, NO_QUATERNION, arm, told
 
 import pytracker as pt
-from pytracker.formats.imu import read_imu
-from pytracker.formats.imu_bias import BY_GRAVITY, bias_at_rest, bias_by_gravity
-from pytracker.formats.imu_checks import check
-from pytracker.formats.imu_gravity import at_rest
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.bias import BY_GRAVITY, bias_at_rest, bias_by_gravity
+from pytracker.inertial.check import check
+from pytracker.inertial.gravity import at_rest
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate import ArmSimulation
 

@@ -11,10 +11,11 @@ from test_formats_imu import HEADER, load, write
 from test_imu_agreement import waving
 
 import pytracker as pt
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
-from pytracker.formats.imu_filled import without_filled
-from pytracker.formats.imu_log import ImuLog
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.check import check
+from pytracker.inertial.filled import without_filled
+from pytracker.inertial.log import ImuLog
+from pytracker.inertial.orientation import orient
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate import ArmSimulation
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.formats.imu import read_imu
-from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.formats.imu_names import Column, known_as
+from pytracker.formats.imu.names import Column, known_as
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import Array
 
 PHYPHOX = '"Time (s)";"Acceleration x (m/s^2)";"Acceleration y (m/s^2)";"Acceleration z (m/s^2)"'

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.formats.imu import files_of_imu, read_imu
-from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.formats.imu.read import files_of_imu, read_imu
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import Array, rotate
 from pytracker.setup import check, init
 

@@ -13,7 +13,7 @@ from test_keypoints import PLAIN, plain
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.formats.keypoints import read_keypoints
+from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.formats.video_times import counted, frame_times
 from pytracker.recording.keypoints import in_pixels

@@ -16,8 +16,8 @@ from hypothesis.extra import numpy as hnp
 import pytracker as pt
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.keypoints import with_spreads
-from pytracker.formats.keypoint_models import MODELS, name_of
-from pytracker.formats.keypoints import Keypoints, read_keypoints
+from pytracker.formats.keypoints.models import MODELS, name_of
+from pytracker.formats.keypoints.read import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.recording.keypoints import in_pixels, uncovered, unseen
 from pytracker.recording.keypoints_filled import without_filled, without_repeats

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.formats.keypoints import read_keypoints
+from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.rotation import Array
 
 PARTS = ("nose", "left_wrist", "right_wrist", "left_elbow")

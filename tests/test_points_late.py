@@ -16,7 +16,7 @@ import pytracker as pt
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.points_late import PointsLate
 from pytracker.evidence.senses import senses_of
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array
 from pytracker.tracking.track import default_method
 

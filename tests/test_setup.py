@@ -17,9 +17,9 @@ from pytracker.cli.entry import app
 from pytracker.evidence import sight
 from pytracker.evidence.coloured import LEAST_AREA_PX, MOST_AREA_SHARE, _largest, find_candidates
 from pytracker.evidence.lag import find_lags
-from pytracker.formats.imu import read_imu
-from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
-from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.report.check_page import render_check
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.setup.check_worn import given_axis

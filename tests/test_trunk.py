@@ -13,7 +13,7 @@ import pytracker as pt
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen, distance_changes
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import Image
 from pytracker.recording import BodyRecording, BodyView
 from pytracker.report.body_figures import depth_axis

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.formats.imu import read_imu
-from pytracker.formats.imu_checks import check
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.check import check
 from pytracker.rotation import Array, rotate
 from pytracker.simulate.arm import ArmSimulation
 

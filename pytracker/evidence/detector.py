@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.keypoint_models import COCO
+from pytracker.formats.keypoints.models import COCO
 from pytracker.formats.video import Frame
 from pytracker.rotation import Array
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array
 
 __all__ = ["PointsEvidence", "with_spreads"]

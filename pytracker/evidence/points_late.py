@@ -12,7 +12,7 @@ from pytracker._core import KEYPOINTS
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.evidence.smaller import place_in_smaller
 from pytracker.evidence.trunk import USUAL_HZ
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import probe
 from pytracker.recording.recording import BodyView
 from pytracker.rotation import Array

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.followed import EXCHANGED, LIMBS
 from pytracker.evidence.keypoints import with_spreads
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import probe
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.markers import Markers, without_fillers
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import Array
 
 __all__ = ["is_mat", "read_mat_imu", "read_mat_points"]

@@ -9,7 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
-from pytracker.formats.imu import files_of_imu, holds_several
+from pytracker.formats.imu.read import files_of_imu, holds_several
 from pytracker.formats.video_steady import camera_moves
 from pytracker.formats.video_times import counted
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start

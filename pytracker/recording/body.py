@@ -12,7 +12,7 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.formats import video
 from pytracker.formats.asf import read_asf
-from pytracker.formats.imu import files_of_imu
+from pytracker.formats.imu.read import files_of_imu
 from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video_steady import camera_moves
 from pytracker.formats.video_times import counted

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
-from pytracker.formats.imu_conventions import in_our_terms
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.check import check
+from pytracker.inertial.conventions import in_our_terms
+from pytracker.inertial.orientation import orient
 from pytracker.recording.recording import Imu
 from pytracker.recording.schema import ImuEntry
 from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion

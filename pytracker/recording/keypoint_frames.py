@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.formats.container import AviFrames, frames_of_avi, is_ebml
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.formats.video_times import frame_times
 from pytracker.rotation import Array

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoints import Keypoints, read_keypoints
+from pytracker.formats.keypoints.read import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.recording.keypoint_frames import frames_in
 from pytracker.recording.keypoints_filled import as_seen

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array
 
 __all__ = ["as_seen", "without_filled", "without_repeats"]

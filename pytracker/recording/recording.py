@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from pytracker._core import Observation
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.rotation import Array, Triple
 from pytracker.skeleton.skeleton import Skeleton

@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pytracker._core import InputError
-from pytracker.formats.imu_conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order
 from pytracker.formats.toml_file import Entry, FileName, Finite, Length, Positive, Whole, read_toml, validated
+from pytracker.inertial.conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order
 
 __all__ = [
     "ArmEntry",

@@ -9,7 +9,7 @@ import numpy as np
 import tomlkit
 
 from pytracker._core import InputError, check_camera
-from pytracker.formats.imu import read_imu
+from pytracker.formats.imu.read import read_imu
 from pytracker.formats.trc import read_trc
 from pytracker.formats.video import frames, probe
 from pytracker.output import write_whole

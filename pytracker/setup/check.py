@@ -15,9 +15,9 @@ from pytracker._core import InputError, TrackingError
 from pytracker.evidence.clocks import find_clock
 from pytracker.evidence.lag import GRID_S, banded, find_lags
 from pytracker.evidence.sightings import Sightings
-from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.toml_file import faults_of, read_toml
+from pytracker.inertial.gravity import GRAVITY
+from pytracker.inertial.log import ImuLog
 from pytracker.output import write_whole
 from pytracker.recording.load import load
 from pytracker.recording.recording import Arm, ArmRecording, Imu, View

@@ -8,7 +8,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.evidence.silhouette import read_background
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import frames
 from pytracker.recording.body import skeleton_of
 from pytracker.recording.body_view import view_of

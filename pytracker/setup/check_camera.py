@@ -13,7 +13,7 @@ from pytracker.evidence.coloured import Candidate, find_candidates
 from pytracker.evidence.lag import find_lags
 from pytracker.evidence.landmarks import wrist_seen
 from pytracker.evidence.sightings import Sightings
-from pytracker.formats.keypoints import Keypoints
+from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import frames, probe
 from pytracker.formats.video_times import counted
 from pytracker.recording.camera import Camera

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.imu import orient, read_imu
-from pytracker.formats.imu_checks import check
-from pytracker.formats.imu_conventions import Conventions, in_our_terms
-from pytracker.formats.imu_log import ImuLog
+from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.check import check
+from pytracker.inertial.conventions import Conventions, in_our_terms
+from pytracker.inertial.log import ImuLog
+from pytracker.inertial.orientation import orient
 from pytracker.recording.schema import ImuEntry
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft

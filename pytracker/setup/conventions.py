@@ -14,10 +14,10 @@ from typing import get_args
 
 import numpy as np
 
-from pytracker.formats.imu_agreement import turns
-from pytracker.formats.imu_conventions import Conventions, Direction, Order, in_our_terms
-from pytracker.formats.imu_gravity import GRAVITY, unsteadiness
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.agreement import turns
+from pytracker.inertial.conventions import Conventions, Direction, Order, in_our_terms
+from pytracker.inertial.gravity import GRAVITY, unsteadiness
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import rotate
 
 __all__ = ["FoundConventions", "find_conventions"]

@@ -10,8 +10,8 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.evidence.detector import Detector
 from pytracker.evidence.sightings import Progress
-from pytracker.formats.keypoint_models import COCO
-from pytracker.formats.keypoints_write import keypoints_text
+from pytracker.formats.keypoints.models import COCO
+from pytracker.formats.keypoints.write import keypoints_text
 from pytracker.formats.toml_file import faults_of, read_toml
 from pytracker.formats.video import frames
 from pytracker.output import write_whole

@@ -19,7 +19,7 @@ import numpy as np
 from pytracker._core import InputError, TrackingError
 from pytracker.evidence.lag import GRID_S, Lag, banded, find_lags
 from pytracker.evidence.sightings import Sightings
-from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.methods.arm import Ekf
 from pytracker.recording.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import (

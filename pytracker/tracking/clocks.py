@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker.evidence.clocks import Clock, find_clock
-from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import rotate
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import where_of

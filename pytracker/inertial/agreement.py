@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_bursts import comes_in_bursts
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.bursts import comes_in_bursts
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector
 
 __all__ = ["check_noise", "check_turns", "repeats", "turns"]

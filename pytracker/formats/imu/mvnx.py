@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.gravity import GRAVITY
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, rotate
 
 __all__ = ["is_mvnx", "read_mvnx"]

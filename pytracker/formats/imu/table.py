@@ -1,7 +1,7 @@
 """An IMU's CSV: a header, then a row a sample.
 
 Columns are found by name, extra ones ignored: `time_s, acc_x..z` (m/s², specific force), `gyr_x..z` (rad/s),
-`mag_x..z`, `q_w, q_x, q_y, q_z` (sensor to world); or by what other loggers call them (`imu_names`), or by a map.
+`mag_x..z`, `q_w, q_x, q_y, q_z` (sensor to world); or by what other loggers call them (`names`), or by a map.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_clock import as_seconds, seconds
-from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.imu_names import Column, known_as, of_shimmer
+from pytracker.formats.imu.clock import as_seconds, seconds
+from pytracker.formats.imu.names import Column, known_as, of_shimmer
 from pytracker.formats.text import parse_table
+from pytracker.inertial.log import ImuLog
 
 __all__ = ["Header", "header_of", "read"]
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import Array
 
 __all__ = ["is_hdf5", "read_apdm"]

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats import imu_csv
-from pytracker.formats.imu_csv import header_of
-from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.imu_names import known_as
+from pytracker.formats.imu import table
+from pytracker.formats.imu.names import known_as
+from pytracker.formats.imu.table import header_of
 from pytracker.formats.text import parse_table, read_lines
+from pytracker.inertial.log import ImuLog
 
 __all__ = ["files_of_ximu3", "is_ximu3", "read_ximu3"]
 
@@ -50,7 +50,7 @@ def is_ximu3(folder: Path) -> bool:
 def read_ximu3(folder: Path) -> ImuLog:
     """The inertial messages, with the orientation and field between theirs. Raises `InputError`."""
     files = files_of_ximu3(folder)
-    log = imu_csv.read(files[INERTIAL], read_lines(files[INERTIAL]))
+    log = table.read(files[INERTIAL], read_lines(files[INERTIAL]))
     if QUATERNION in files:
         log = _oriented(log, _message(files[QUATERNION], OF_QUATERNION))
     if MAGNETOMETER in files:

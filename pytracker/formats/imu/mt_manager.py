@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import Table, parse_table
+from pytracker.inertial.gravity import GRAVITY
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, euler_to_quaternion, matrix_to_quaternion, rotate
 
 __all__ = ["read"]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, rotate
 
 __all__ = [

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoint_log import Keypoints, in_range, ours, require_seen
-from pytracker.formats.keypoint_models import model_of, name_of
-from pytracker.formats.keypoint_people import in_order
-from pytracker.formats.keypoints_rows import numbers_of
+from pytracker.formats.keypoints.log import Keypoints, in_range, ours, require_seen
+from pytracker.formats.keypoints.models import model_of, name_of
+from pytracker.formats.keypoints.people import in_order
+from pytracker.formats.keypoints.rows import numbers_of
 from pytracker.rotation import Array
 
 __all__ = ["read_folder", "read_json"]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.log import ImuLog
 
 __all__ = ["without_filled"]
 

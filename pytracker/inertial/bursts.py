@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import Array
 
 __all__ = ["comes_in_bursts", "evened"]

@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_clock import unit_of
-from pytracker.formats.imu_csv import Header, header_of
-from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.imu_names import known_as
+from pytracker.formats.imu.clock import unit_of
+from pytracker.formats.imu.names import known_as
+from pytracker.formats.imu.table import Header, header_of
 from pytracker.formats.text import parse_table, read_lines
+from pytracker.inertial.gravity import GRAVITY
+from pytracker.inertial.log import ImuLog
 
 __all__ = ["files_of_phone", "is_motion", "read_motion", "read_phone"]
 

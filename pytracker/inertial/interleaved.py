@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import Array, rotate
 
 __all__ = ["check_interleaved"]

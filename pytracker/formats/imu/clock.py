@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_names import Column
+from pytracker.formats.imu.names import Column
 from pytracker.formats.text import Table
 
 __all__ = ["as_seconds", "seconds", "unit_of"]

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.keypoint_log import Keypoints
-from pytracker.formats.keypoints_deeplabcut import of_deeplabcut
+from pytracker.formats.keypoints.deeplabcut import of_deeplabcut
+from pytracker.formats.keypoints.log import Keypoints
 from pytracker.rotation import Array
 
 __all__ = ["read_h5"]

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoint_log import Keypoints
-from pytracker.formats.keypoint_models import name_of
-from pytracker.formats.keypoints_rows import frames_of
-from pytracker.formats.keypoints_table import from_columns, numbers_in, rows_below, split
+from pytracker.formats.keypoints.log import Keypoints
+from pytracker.formats.keypoints.models import name_of
+from pytracker.formats.keypoints.rows import frames_of
+from pytracker.formats.keypoints.table import from_columns, numbers_in, rows_below, split
 from pytracker.formats.text import read_lines
 from pytracker.rotation import Array
 

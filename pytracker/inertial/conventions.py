@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
-from pytracker.formats.imu_gravity import GRAVITY
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.gravity import GRAVITY
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, multiply
 
 __all__ = ["AccUnit", "Conventions", "Direction", "Earth", "GyrUnit", "Order", "in_our_terms"]

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu_log import ImuLog
 from pytracker.formats.text import Table, parse_table, read_lines
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion
 
 __all__ = ["read"]

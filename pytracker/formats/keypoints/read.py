@@ -5,14 +5,14 @@ kept as it is: what it is worth is found from the data (`pytracker.evidence.keyp
 
 | file | as written by | reader |
 |---|---|---|
-| folder of `*.json` with `people` | OpenPose, Pose2Sim, Sports2D, RTMLib: a numbered file a frame | `keypoints_json` |
-| `.json`, a list with `image_id` and `keypoints` | AlphaPose, COCO results; COCO's annotations | `keypoints_json` |
-| `.json` with `instance_info` | MMPose | `keypoints_json` |
-| `.csv` with `X_LEFT_WRIST`, ... | MediaPipe, as shares of the picture | `keypoints_table` |
-| `.csv` with `scorer`, `bodyparts`, `coords` | DeepLabCut | `keypoints_deeplabcut` |
-| `.csv` with `left_wrist_x`, `left_wrist_y`[, `left_wrist_confidence`] | anybody | `keypoints_table` |
-| `.h5`, a table of pandas' | DeepLabCut | `keypoints_h5` |
-| `.trc` in pixels | Sports2D | `keypoints_table` |
+| folder of `*.json` with `people` | OpenPose, Pose2Sim, Sports2D, RTMLib: a numbered file a frame | `json_files` |
+| `.json`, a list with `image_id` and `keypoints` | AlphaPose, COCO results; COCO's annotations | `json_files` |
+| `.json` with `instance_info` | MMPose | `json_files` |
+| `.csv` with `X_LEFT_WRIST`, ... | MediaPipe, as shares of the picture | `table` |
+| `.csv` with `scorer`, `bodyparts`, `coords` | DeepLabCut | `deeplabcut` |
+| `.csv` with `left_wrist_x`, `left_wrist_y`[, `left_wrist_confidence`] | anybody | `table` |
+| `.h5`, a table of pandas' | DeepLabCut | `h5` |
+| `.trc` in pixels | Sports2D | `table` |
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from pytracker._core import InputError
-from pytracker.formats.keypoint_log import Keypoints
-from pytracker.formats.keypoints_deeplabcut import is_deeplabcut, read_deeplabcut
-from pytracker.formats.keypoints_h5 import read_h5
-from pytracker.formats.keypoints_json import read_folder, read_json
-from pytracker.formats.keypoints_table import read_table, read_trc_keypoints
+from pytracker.formats.keypoints.deeplabcut import is_deeplabcut, read_deeplabcut
+from pytracker.formats.keypoints.h5 import read_h5
+from pytracker.formats.keypoints.json_files import read_folder, read_json
+from pytracker.formats.keypoints.log import Keypoints
+from pytracker.formats.keypoints.table import read_table, read_trc_keypoints
 
 __all__ = ["Keypoints", "read_keypoints"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.log import ImuLog
 
 __all__ = ["saturates"]
 

@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.formats.imu_gravity import at_rest
-from pytracker.formats.imu_log import ImuLog
+from pytracker.inertial.gravity import at_rest
+from pytracker.inertial.log import ImuLog
 from pytracker.rotation import multiply, rotate, rotation_vector_to_quaternion
 
 __all__ = ["BY_GRAVITY", "bias_at_rest", "bias_by_gravity"]

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoint_log import Keypoints, in_range, ours, require_seen
-from pytracker.formats.keypoint_models import name_of
-from pytracker.formats.keypoints_rows import rows_of
+from pytracker.formats.keypoints.log import Keypoints, in_range, ours, require_seen
+from pytracker.formats.keypoints.models import name_of
+from pytracker.formats.keypoints.rows import rows_of
 from pytracker.formats.text import number, read_lines
 from pytracker.formats.trc import read_trc_pixels
 from pytracker.rotation import Array

@@ -11,7 +11,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from pytracker.formats.imu_gravity import GRAVITY
+from pytracker.inertial.gravity import GRAVITY
 
 __all__ = ["Column", "known_as", "of_shimmer"]
 

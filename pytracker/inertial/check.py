@@ -7,14 +7,14 @@ import dataclasses
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.imu_agreement import check_noise, check_turns, repeats
-from pytracker.formats.imu_bursts import comes_in_bursts, evened
-from pytracker.formats.imu_filled import without_filled
-from pytracker.formats.imu_gravity import check_size, check_step, check_up
-from pytracker.formats.imu_interleaved import check_interleaved
-from pytracker.formats.imu_log import ImuLog
-from pytracker.formats.imu_outliers import without_outliers
-from pytracker.formats.imu_saturation import saturates
+from pytracker.inertial.agreement import check_noise, check_turns, repeats
+from pytracker.inertial.bursts import comes_in_bursts, evened
+from pytracker.inertial.filled import without_filled
+from pytracker.inertial.gravity import check_size, check_step, check_up
+from pytracker.inertial.interleaved import check_interleaved
+from pytracker.inertial.log import ImuLog
+from pytracker.inertial.outliers import without_outliers
+from pytracker.inertial.saturation import saturates
 
 __all__ = ["check"]
 

@@ -1,0 +1,1 @@
+"""IMU files: a reader a format, all to one kind of log (`pytracker.inertial`), and `read`, which tells them apart."""
