@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -202,3 +203,16 @@ def test_a_sensor_that_hangs_is_warned_of(tmp_path: Path) -> None:
     table[100:250, 1:7] = table[100, 1:7]
     (warning,) = load(write(tmp_path / "imu.csv", table.tolist())).warnings
     assert "imu.csv:102: every reading stays the same for 1.490 s, expected some noise" in warning
+
+
+@pytest.mark.parametrize(("hz", "is_refused"), [(60.0, False), (30.0, True)])
+def test_a_rate_that_is_told_too_low_is_asked_for(tmp_path: Path, hz: float, is_refused: bool) -> None:
+    """Samples at 100 Hz whose times say another rate: all turns of the gyroscope are too large alike."""
+    table = waving()
+    table[:, 0] *= 100.0 / hz
+    question = rf"Or were its samples taken at (99\.\d|100|101) Hz, where their times or the stated rate say {hz:g}\?"
+    if is_refused:
+        with pytest.raises(pt.InputError, match=question):
+            load(write(tmp_path / "imu.csv", table.tolist()))
+    else:
+        assert re.search(question, " ".join(load(write(tmp_path / "imu.csv", table.tolist())).warnings))

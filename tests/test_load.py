@@ -337,6 +337,20 @@ def test_a_camera_of_another_size_is_said(simulated: Path, tmp_path: Path) -> No
     )
 
 
+@pytest.mark.parametrize(
+    ("distortion", "words"),
+    [
+        ((-0.22, 0.22, 0.002, -0.0115, 0.0), ""),
+        ((-0.03, 0.04, -0.05, 0.02, 0.0), "distortion has p1 = -0.05 and p2 = 0.02, expected at most 0.03, .* fisheye"),
+        ((-0.4, 0.0, 0.0, 0.0, 0.0), r"distortion folds the picture over 274 px from its middle, expected .* 320 px"),
+    ],
+)
+def test_a_distortion_that_no_lens_has(distortion: tuple[float, float, float, float, float], words: str) -> None:
+    """A fisheye's four in place of k1, k2, p1, p2 bend rays the wrong way; what folds over has two places a pixel."""
+    camera = pt.Camera(matrix=((450.0, 0, 320.0), (0, 450.0, 240.0), (0, 0, 1)), distortion=distortion)
+    assert re.fullmatch(f"{words}.*" if words else "", "".join(camera.oddities((640, 480))))
+
+
 def test_points_that_show_one_direction_only_are_refused(simulated_body: Path, tmp_path: Path) -> None:
     folder = tmp_path / "line"
     shutil.copytree(simulated_body, folder)

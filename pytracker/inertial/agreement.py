@@ -32,6 +32,8 @@ AGREE = (0.5, 2.0)
 """Ratios of the two rates, axis by axis: beyond these they contradict each other."""
 ODD = (0.75, 1.33)
 """Beyond these one of them is odd, such as one that lags or is scaled."""
+ALIKE, LEAST_RATE = 0.1, 0.1
+"""Axes that are off by the same ratio, to within so much, may be so by the rate; by less than the second, by a unit."""
 AXES = "xyz"
 FROZEN_BESIDE = {"acc": 0.5, "gyr": 0.25}
 """An axis that stays the same while the others vary by so much (m/s², rad/s, standard deviation) is frozen."""
@@ -49,7 +51,7 @@ def check_turns(log: ImuLog) -> list[str]:
         return []
     _check_gyroscope_moves(log)
     by_gyroscope, by_orientation, lasted, _ = turns(log, TURN_S)
-    ratio = np.ones(3)
+    ratio, is_known = np.ones(3), np.zeros(3, bool)
     for axis in range(3):
         g, o = by_gyroscope[:, axis], by_orientation[:, axis]
         usual = np.median(g / lasted) if len(g) else 0.0
@@ -58,15 +60,26 @@ def check_turns(log: ImuLog) -> list[str]:
         # Chosen by the gyroscope, whose noise is small: noise of the orientation then averages out.
         turning = np.abs(g) > TURNING * lasted
         if lasted[turning].sum() >= ENOUGH_S:
-            ratio[axis] = np.sum(g[turning] * o[turning]) / np.sum(g[turning] ** 2)
+            ratio[axis], is_known[axis] = np.sum(g[turning] * o[turning]) / np.sum(g[turning] ** 2), True
     odd = np.flatnonzero((ratio < ODD[0]) | (ratio > ODD[1]))
     if not odd.size:
         return []
     found = ", ".join(f"{ratio[axis]:.3g} times about {AXES[axis]}" for axis in odd)
     words = f"{log.path}: the orientation turns as the gyroscope does {found}, expected 1"
+    rate = _other_rate(log, ratio[is_known])
     if np.all((ratio >= AGREE[0]) & (ratio <= AGREE[1])):
-        return [f"{words}: does one of them lag, or have another scale?"]
-    raise InputError(f"{words}: {_reason(ratio[odd])}")
+        return [f"{words}: does one of them lag, or have another scale?{rate}"]
+    raise InputError(f"{words}: {_reason(ratio[odd])}{rate}")
+
+
+def _other_rate(log: ImuLog, ratio: Float) -> str:
+    """A further question where all axes are off alike: time that passes too slowly is taken for turns too large."""
+    if len(ratio) < 2 or ratio.min() < LEAST_RATE or ratio.max() > (1.0 + ALIKE) * ratio.min():
+        return ""
+    hz = 1.0 / float(np.median(np.diff(log.time_s)))
+    return (
+        f" Or were its samples taken at {hz / ratio.mean():.3g} Hz, where their times or the stated rate say {hz:.3g}?"
+    )
 
 
 def _reason(ratio: Float) -> str:

@@ -15,6 +15,10 @@ OFF_MIDDLE = 0.1
 """A principal point lies in the middle of the picture, but for this share of its width and height."""
 UNLIKE = 0.05
 """Pixels are as wide as high, but for this share."""
+MOST_TANGENTIAL = 0.03
+"""Lenses are set askew by a third of this at the most."""
+WIDEST = 3.0
+"""Tangent of the widest angle from its axis at which a pinhole is looked at."""
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -37,7 +41,11 @@ class Camera:
     patch_offset_m: Triple = (0.0, 0.0, 0.0)
 
     def oddities(self, size_px: tuple[int, int]) -> tuple[str, ...]:
-        """A word each where its principal point is far from the middle of such pictures, and where fx and fy differ."""
+        """A word each where no lens is so.
+
+        A principal point far from the middle of such pictures, focal lengths that differ, and a distortion that is
+        askew or folds the picture over.
+        """
         (fx, _, cx), (_, fy, cy), _ = self.matrix
         width, height = size_px
         off, exchanged = (
@@ -55,7 +63,26 @@ class Camera:
                 f"matrix has focal lengths of {fx:g} and {fy:g} px, expected the same but for {UNLIKE:.0%}: pixels are "
                 "as wide as high but in old video formats; was it calibrated at another size?"
             )
-        return tuple(words)
+        return (*words, *self._oddities_of_lens(size_px))
+
+    def _oddities_of_lens(self, size_px: tuple[int, int]) -> list[str]:
+        (fx, _, cx), (_, fy, cy), _ = self.matrix
+        _, _, p1, p2, _ = self.distortion
+        if max(abs(p1), abs(p2)) > MOST_TANGENTIAL:
+            return [
+                f"distortion has p1 = {p1:g} and p2 = {p2:g}, expected at most {MOST_TANGENTIAL:g}, in the order k1, "
+                "k2, p1, p2, k3: are they a fisheye's four, or in another order?"
+            ]
+        x, y = np.linspace(0.0, WIDEST, 1000), np.zeros(1000)
+        seen = np.maximum.accumulate(out := self._distorted(x, y)[0])
+        widest = max(cx / fx, cy / fy, (size_px[0] - cx) / fx, (size_px[1] - cy) / fy)
+        folds = int(np.argmax(out < seen)) if np.any(out < seen) else len(out) - 1
+        if seen[folds] >= min(widest, WIDEST):
+            return []
+        return [
+            f"distortion folds the picture over {seen[folds] * fx:.0f} px from its middle, expected beyond its edge at "
+            f"{widest * fx:.0f} px: are k1, k2, p1, p2, k3 in this order, and OpenCV's?"
+        ]
 
     def project(self, points: Array) -> Array:
         """Pixels `(T, 2)` of world points `(T, 3)`; NaN behind the camera."""
