@@ -113,7 +113,7 @@ def test_streaming_needs_no_memory(tmp_path: Path) -> None:
     frames.close()  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize(("name", "fourcc"), [("a.avi", "MJPG"), ("a.mkv", "mp4v")])
+@pytest.mark.parametrize(("name", "fourcc"), [("a.avi", "MJPG"), ("a.mkv", "mp4v"), ("a.ts", "mp4v")])
 @pytest.mark.parametrize("share", [0.02, 0.05, 0.09])
 def test_a_little_is_missing_at_the_end(tmp_path: Path, name: str, fourcc: str, share: float) -> None:
     """Less than a tenth: the container's own sizes tell."""
