@@ -14,12 +14,13 @@
 
 from __future__ import annotations
 
+from pytracker.evidence.background import median_background
 from pytracker.evidence.camshift import PatchSighting, PatchTrack, PatchTracker, track_patch
 from pytracker.evidence.observations import observations
 from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.evidence.senses import Senses, senses_of
 from pytracker.evidence.sightings import Landmarks, Sightings, sight
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette
 from pytracker.evidence.thresholds import SilhouetteParameters
 
 __all__ = [

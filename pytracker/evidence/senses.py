@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
+
+from pytracker.evidence.background import median_background, without_person
 from pytracker.evidence.complexion import gains_of_face
 from pytracker.evidence.keypoints import PointsEvidence
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette, median_background
+from pytracker.evidence.silhouette import BodyEvidence, Silhouette
 from pytracker.evidence.smaller import smaller, smaller_frames, times_smaller
 from pytracker.evidence.subject import points_of_subject
 from pytracker.evidence.thresholds import SilhouetteParameters
@@ -46,7 +49,7 @@ class Senses:
 
 
 def senses_of(recording: BodyRecording) -> Senses:
-    """The senses of this recording; without a background it takes the median over the video."""
+    """The senses of this recording; without a background it takes the video's median, without the person."""
     view = recording.view
     if view.video is None:
         return Senses(recording, None)
@@ -55,6 +58,9 @@ def senses_of(recording: BodyRecording) -> Senses:
     times = times_smaller(float(view.camera.px_per_m(joints["root"])[0]), first)
     camera = view.camera.of_smaller(times)
     background = median_background(smaller_frames(frames(view.background or view.video), times))
+    if view.background is None:
+        starts, ends, _ = recording.skeleton.core.pose(np.ascontiguousarray(recording.initial[None]))
+        background = without_person(background, smaller(first, times), camera, np.stack([starts[0], ends[0]], axis=1))
     px_per_m, head = float(camera.px_per_m(joints["root"])[0]), camera.project(joints["head"])[0]
     parameters = SilhouetteParameters(gains=gains_of_face(smaller(first, times), background, head, px_per_m))
     return Senses(recording, Silhouette(background, px_per_m, parameters), times)

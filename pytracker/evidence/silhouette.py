@@ -7,9 +7,7 @@ which is what makes it fast.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
@@ -18,13 +16,10 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.evidence.skin import Skin
 from pytracker.evidence.thresholds import SilhouetteParameters
-from pytracker.formats.video import Frame, Image, as_image, frames
+from pytracker.formats.video import Image, as_image
 from pytracker.rotation import Array
 
-__all__ = ["BodyEvidence", "Silhouette", "median_background", "read_background"]
-
-MEDIAN_FRAMES = 61
-"""Frames, evenly chosen, that a median background is made of."""
+__all__ = ["BodyEvidence", "Silhouette"]
 
 Region = tuple[NDArray[np.float32], Array]
 """Distances from a mask, and points on it."""
@@ -65,26 +60,6 @@ class BodyEvidence:
     keypoints: Array | None = None
     image: Image | None = None
     shrunk: int = 1
-
-
-def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:
-    """The median of evenly chosen frames `(H, W, 3)`: the background, where the person moves enough."""
-    kept: list[Image] = []
-    step = 1
-    for frame in source:
-        if frame.index % step == 0:
-            kept.append(frame.image.copy())
-        if len(kept) >= 2 * wanted:
-            # A clip of unknown length: keep every second one, and take half as many from here on.
-            kept, step = kept[::2], 2 * step
-    if not kept:
-        raise InputError("median_background was given no frame, expected at least one")
-    return np.asarray(np.median(np.stack(kept), axis=0), dtype=np.uint8)
-
-
-def read_background(path: Path) -> Image:
-    """An image, or the median of a clip. Raises `InputError`."""
-    return median_background(frames(path))
 
 
 def _region(mask: Image, near: Near) -> Region | None:
