@@ -48,6 +48,7 @@ Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
         (lambda t: replace(t, time_s=t.time_s + 0.5), "it came -0.50 s later"),
         (lambda t: replace(t, time_s=2.0 * t.time_s), "0.5 times as far apart"),
         (lambda t: replace(t, time_s=t.time_s / 1.2), "1.2 times as far apart"),
+        (lambda t: replace(t, time_s=t.time_s / 0.3), "0.3 times as far apart"),
     ],
 )
 def test_a_truth_that_is_described_otherwise_is_told(

@@ -46,7 +46,12 @@ def test_the_sensor_is_found_by_where_it_is_worn(tmp_path: Path) -> None:
 
 
 def test_the_only_sensor_is_the_one(tmp_path: Path) -> None:
-    assert read_imu(opal(tmp_path / "one.h5", ("Sternum",))).acc == pytest.approx(ACC[0])
+    log = read_imu(opal(tmp_path / "one.h5", ("Sternum",)))
+    assert log.acc == pytest.approx(ACC[0])
+    (words,) = log.warnings
+    assert "its only sensor says it is worn at 'Sternum', and is taken for the right forearm's" in words
+    assert read_imu(opal(tmp_path / "nowhere.h5", ("",))).warnings == ()
+    assert read_imu(opal(tmp_path / "there.h5", ("Right Wrist",))).warnings == ()
 
 
 def test_what_is_amiss_is_said(tmp_path: Path) -> None:

@@ -337,3 +337,16 @@ def test_a_key_that_is_none_is_named(simulated: Path, tmp_path: Path) -> None:
     known.write_text("distortions = [0.1, 0.0, 0.0, 0.0, 0.0]\n", "utf-8")
     with pytest.raises(pt.InputError, match=r"distortions is no key of .*, did you mean 'distortion'\?"):
         pt.setup.init(tmp_path / "new", video=simulated / "video.mp4", camera=known)
+
+
+def test_what_is_no_calibration_says_what_is(tmp_path: Path) -> None:
+    path = tmp_path / "camera_info.yaml"
+    path.write_text("width: 640\nheight: 480\nK: [600, 0, 320, 0, 600, 240, 0, 0, 1]\nD: [0.1, 0, 0, 0, 0]\n")
+    with pytest.raises(pt.InputError, match=r"expected TOML .*, YAML or XML of OpenCV or ROS \(each matrix with rows"):
+        read_calibration(path)
+    matrix = "camera_matrix:\n  rows: 3\n  cols: 3\n  data: [600, 0, 320, 0, 600, 240, 0, 0, 1]\n"
+    path.write_text(f"Image_Width: 640\nImage_Height: 480\n{matrix}")
+    assert read_calibration(path)["size_px"] == [640, 480]
+    path.write_text(f"{matrix}D: [0.1, 0, 0, 0, 0]\n")
+    with pytest.raises(pt.InputError, match="D cannot be read, expected rows, cols and data"):
+        read_calibration(path)

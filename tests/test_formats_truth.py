@@ -37,6 +37,13 @@ def test_tabs_at_the_lines_ends_are_no_columns(tmp_path: Path) -> None:
     assert markers.positions_m["wrist"][1].tolist() == [0.04, 0.05, 0.06]
 
 
+def test_decimal_commas(tmp_path: Path) -> None:
+    header = [line.replace("\t50", "\t50,0") for line in HEADER]
+    markers = read_qualisys(write(tmp_path, header + [row.replace("0", "0,5") for row in ROWS]))
+    assert markers.time_s == pytest.approx([0, 0.02, 0.04])
+    assert markers.positions_m["wrist"][0].tolist() == pytest.approx([0.0105, 0.0205, 0.0305])
+
+
 def test_a_count_without_end_is_named(tmp_path: Path) -> None:
     header = [line.replace("NO_OF_FRAMES\t3", "NO_OF_FRAMES\t" + "9" * 5000) for line in HEADER]
     with pytest.raises(pt.InputError, match=r"NO_OF_FRAMES is '9+', expected a whole number"):
@@ -106,6 +113,18 @@ def test_csv_truth(tmp_path: Path) -> None:
         read_truth_csv(path)
     path.write_text("time_s,wrist_x_m,wrist_y_m,wrist_z_m\n0,1,2,3\n0,1,2,3\n")
     with pytest.raises(pt.InputError, match=r"truth\.csv:3: time_s is 0\.0, expected increasing times"):
+        read_truth_csv(path)
+
+
+def test_csv_truth_as_others_write_it(tmp_path: Path) -> None:
+    """R puts names in quotes; a half of Europe writes semicolons and decimal commas."""
+    path = tmp_path / "truth.csv"
+    path.write_text('"time_s","wrist_x_m","wrist_y_m","wrist_z_m"\n0,1,2.5,3\n0.1,NA,NA,NA\n')
+    assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
+    path.write_text("time_s;wrist_x_m;wrist_y_m;wrist_z_m\n0;1;2,5;3\n0,1;4;5;6\n")
+    assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
+    path.write_text("time_s,wrist_x_m,wrist_y_m,wrist_z_m,wrist_x_m\n0,1,2,3,4\n")
+    with pytest.raises(pt.InputError, match=r"truth\.csv:1: column 'wrist_x_m' stands more than once"):
         read_truth_csv(path)
 
 

@@ -76,6 +76,22 @@ def test_bursts_at_an_even_rate_are_put_back(tmp_path: Path) -> None:
     assert load(write(tmp_path / "lost.csv", lost.tolist())).time_s == pytest.approx(lost[:, 0])
 
 
+def test_a_clock_of_whole_seconds_is_early_by_what_it_cuts_off(tmp_path: Path) -> None:
+    """Taken for times of arrival, all came a second early: 17.7 cm."""
+    table = waving()
+    log = load(write(tmp_path / "imu.csv", np.column_stack([np.floor(table[:, 0] + 0.3), table[:, 1:]]).tolist()))
+    assert log.time_s == pytest.approx(table[:, 0] + 0.3, abs=0.011)
+    assert "its times are in whole seconds" in log.warnings[0]
+
+
+def test_a_clock_faster_than_any_sensor_is_refused(tmp_path: Path) -> None:
+    """Seconds that were taken for microseconds."""
+    table = waving()
+    table[:, 0] *= 1e-6
+    with pytest.raises(pt.InputError, match="samples are 1e-08 s apart on average, expected at least 5e-05 s"):
+        load(write(tmp_path / "imu.csv", table.tolist()))
+
+
 def paused(table: Array, seconds: float) -> Array:
     table[300:, 0] += seconds
     return table

@@ -61,9 +61,11 @@ def test_names_and_units_are_known(header: str, column: Column | None) -> None:
     assert known_as(header) == column
 
 
-def test_semicolons_and_decimal_commas(tmp_path: Path) -> None:
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_semicolons_or_tabs_and_decimal_commas(delimiter: str, tmp_path: Path) -> None:
     path = tmp_path / "phyphox.csv"
-    path.write_text(f"sep=;\n{PHYPHOX}\n0,00;0,1;-0,2;9,81\n0,01;0,1;-0,25;9,80\n")
+    text = f"{PHYPHOX}\n0,00;0,1;-0,2;9,81\n1,0E-02;0,1;-0,25;9,80\n".replace(";", delimiter)
+    path.write_text(f"sep={delimiter}\n{text}")
     log = read_imu(path)
     assert log.acc is not None
     assert log.time_s.tolist() == [0.0, 0.01]

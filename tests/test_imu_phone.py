@@ -63,6 +63,22 @@ def test_a_clock_in_nanoseconds_need_not_say_so(tmp_path: Path) -> None:
     assert read_imu(folder).time_s - 1.7e9 == pytest.approx(TIME_S[11:], abs=1e-5)
 
 
+@pytest.mark.parametrize("every", [21, 60])
+def test_seconds_elapsed_are_seconds_however_slow_the_sensor(every: int, tmp_path: Path) -> None:
+    """At 5 Hz and less, as Android's own rate for gravity, they were milliseconds, and no sensor overlapped."""
+    folder = phone(tmp_path / "phone", ANDROID)
+    sensor(folder / "Gravity.csv", TIME_S[::every], np.tile(UP, (len(TIME_S[::every]), 1)))
+    log = read_imu(folder)
+    assert log.acc == pytest.approx(FORCE[11 : 11 + len(log.time_s)], abs=1e-6)
+    assert log.time_s[-1] > 2.3
+
+
+def test_what_a_mac_leaves_beside_files_is_none_of_them(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    (folder / "._Accelerometer.csv").write_bytes(b"\0\5\x16\7Mac OS X")
+    assert len(read_imu(folder).time_s) == 289
+
+
 def test_total_acceleration_is_taken_where_there_is_one(tmp_path: Path) -> None:
     folder = phone(tmp_path / "phone", "")
     assert "Metadata.csv" in read_imu(folder).warnings[0]
@@ -98,6 +114,10 @@ def test_phyphox_exports_a_folder_too(tmp_path: Path) -> None:
         ),
         (lambda f: [path.unlink() for path in f.glob("*.csv")], "with no CSV file, expected a phone's"),
         (lambda f: sensor(f / "Gyroscope.csv", TIME_S + 60, TURN), "its sensors do not overlap .*Gyroscope.csv 60.00"),
+        (
+            lambda f: sensor(f / "Gravity.csv", TIME_S + 60, TURN),
+            "its sensors do not overlap .*Accelerometer.csv 0.00 to 2.99 s; Gravity.csv 60.00",
+        ),
         (lambda f: sensor(f / "Gyroscope.csv", TIME_S[::-1], TURN), "Gyroscope.csv:3: time goes back"),
         (lambda f: sensor(f / "Gyroscope.csv", TIME_S, np.nan * TURN), "none of its 300 rows has x, y and z"),
         (lambda f: (f / "Gyroscope.csv").write_text("a,b\n1,2\n"), "header has no column time_s, gyr_x, gyr_y, gyr_z"),

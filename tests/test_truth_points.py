@@ -216,7 +216,6 @@ def test_a_body_is_scored_against_points(simulated_body: Path, tmp_path: Path, z
             "truth.file is 'truth.xlsx', expected an .amc motion, or points: .tsv, .csv, .trc, .c3d",
         ),
         ('file = "truth.trc"\nmarkers = { root = [] }', "truth.markers.root is empty, expected a marker"),
-        (MAP.format(more="", after="\nrate_hz = 100.0"), "truth.rate_hz goes with an .amc motion"),
         ('file = "motion.amc"', "truth.rate_hz is missing"),
         ('file = "motion.amc"\nrate_hz = 120.0\nup = "z"', "truth.up goes with a file of markers"),
     ],
@@ -227,6 +226,18 @@ def test_a_truth_that_is_not_understood_is_refused(
     folder = of_points(simulated_body, tmp_path / "points", truth)
     with pytest.raises(pt.InputError, match=expected):
         pt.load(folder)
+
+
+@pytest.mark.parametrize("rate_hz", [30.0, 200.0])
+def test_the_rate_of_points_may_be_said(simulated_body: Path, tmp_path: Path, rate_hz: float) -> None:
+    """As a BVH of 100 Hz whose Frame Time is a thirtieth of a second: nothing else could put it right."""
+    as_is = pt.load(of_points(simulated_body, tmp_path / "points", MAP.format(more="", after=""))).truth
+    said = pt.load(
+        of_points(simulated_body, tmp_path / "said", MAP.format(more="", after=f"\nrate_hz = {rate_hz}"))
+    ).truth
+    assert as_is is not None
+    assert said is not None
+    np.testing.assert_allclose(said.time_s, np.arange(len(as_is.time_s)) / rate_hz, atol=1e-3)
 
 
 BOTH = ', left_shoulder = "m left_shoulder", left_elbow = "m left_elbow", right_elbow = "m right_elbow"'

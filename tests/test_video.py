@@ -14,6 +14,7 @@ import pytest
 import pytracker as pt
 from pytracker.formats import video
 from pytracker.formats.container import AviFrames, frames_of_avi, missing_bytes
+from pytracker.formats.video_oddities import video_oddities
 
 
 def write_video(path: Path, count: int = 30, rate: float = 25.0, fourcc: str = "mp4v") -> Path:
@@ -124,6 +125,25 @@ def test_a_little_is_missing_at_the_end(tmp_path: Path, name: str, fourcc: str, 
     with pytest.raises(pt.InputError, match=r"bytes are missing at its end .* expected a whole file: it is cut short"):
         video.probe(path)
     assert "the file is cut short or damaged" in message(path)
+
+
+def test_a_piece_of_a_longer_matroska_is_whole(tmp_path: Path) -> None:
+    """Its duration counts from 0, and its frames begin later: it was refused as cut short."""
+    av = pytest.importorskip("av")
+    path = tmp_path / "piece.mkv"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for k in range(50):
+            frame = av.VideoFrame.from_ndarray(np.full((48, 64, 3), 4 * k, np.uint8), format="bgr24")
+            frame.pts = 150 + k
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    assert video.probe(path).frame_count == pytest.approx(50, abs=1)
+    assert len(list(video.frames(path))) == 50
+    (words,) = video_oddities(path, 0.0)
+    assert "its first frame is at 6.000 s of its container's clock" in words
+    assert video_oddities(path, 6.0) == []
 
 
 def test_an_avi_that_is_damaged_inside_is_named(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
 from pytracker.report.labels import HELD
 from pytracker.report.tables import of_another_run, plain, read_run, read_track
-from pytracker.scores.agreement import disagreement
+from pytracker.scores.agreement import beside_truth, disagreement
 from pytracker.scores.evaluate import held
 from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.fits import why_unfit
@@ -228,7 +228,8 @@ def evaluate(
         warn(of_another_run(file, recording))
     tracks = [read_track(file, recording.camera) for file in files]
     for file, scored in zip(files, tracks, strict=True):
-        warn(tuple(f"{file}: {words}" for words in disagreement(scored, recording.truth)))
+        odd = (*beside_truth(scored, recording.truth), *disagreement(scored, recording.truth))
+        warn(tuple(f"{file}: {words}" for words in odd))
     shown = {str(path): track for path, track in zip(results, tracks, strict=True)} | {HELD: held(tracks[0])}
     scores = {name: pt.evaluate(track, recording.truth).as_dict() for name, track in shown.items()}
     print(json.dumps(plain(scores), indent=2))

@@ -186,8 +186,11 @@ def _of_opencv(path: Path, matrices: dict[str, Array], size_px: tuple[int, int] 
 def _of_qualisys(path: Path, text: str, camera: str | None) -> dict[str, Any]:
     try:
         root = ElementTree.fromstring(text.encode())  # noqa: S314 - a file of the user's own
-    except (ElementTree.ParseError, ValueError, LookupError) as error:
-        raise InputError(f"{path}: is no calibration: neither TOML nor XML ({error})") from None
+    except (ElementTree.ParseError, ValueError, LookupError):
+        raise InputError(
+            f"{path}: is no calibration that is known, expected TOML (Pose2Sim, AniPose, Caliscope), YAML or XML of "
+            "OpenCV or ROS (each matrix with rows, cols and data), or XML of Qualisys"
+        ) from None
     cameras = [(str(of.get("serial", k)), of) for k, of in enumerate(root.iter("camera"))]
     if not cameras:
         raise InputError(f"{path}: has no <camera>, expected a calibration of Qualisys")

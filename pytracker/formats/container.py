@@ -4,7 +4,7 @@
 |---|---|---|
 | MP4, MOV | every top-level box begins with its size | ISO/IEC 14496-12, 4.2 |
 | AVI | every RIFF chunk does | Microsoft, AVI RIFF File Reference |
-| MKV, WebM | so does the segment; all ones: unknown | RFC 8794, 6.2; RFC 9559 |
+| MKV, WebM | so does the segment (`matroska`) | RFC 8794, 6.2; RFC 9559 |
 | TS, MTS | all packets are of one size | ISO/IEC 13818-1, 2.4.3.2; Blu-ray's with four bytes before each |
 """
 
@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-__all__ = ["AviFrames", "frames_of_avi", "is_ebml", "missing_bytes"]
+from pytracker.formats.matroska import end_of_segment, is_matroska
 
-EBML = b"\x1a\x45\xdf\xa3"
-SEGMENT = b"\x18\x53\x80\x67"
+__all__ = ["AviFrames", "frames_of_avi", "missing_bytes"]
+
 LISTS = (b"movi", b"rec ")
 """An AVI's lists that hold frames."""
 FRAMES = (b"dc", b"db")
@@ -43,8 +43,8 @@ def missing_bytes(path: Path) -> int:
             return max(0, _end_of_boxes(file, size) - size)
         if start[:4] == b"RIFF":
             return max(0, _end_of_chunks(file, size) - size)
-        if start[:4] == EBML:
-            return max(0, _end_of_segment(file) - size)
+        if is_matroska(path):
+            return max(0, end_of_segment(path) - size)
         return _lacking_of_packet(file, size)
 
 
@@ -56,12 +56,6 @@ def _lacking_of_packet(file: BinaryIO, size: int) -> int:
         if len(start) >= 4 * length and all(start[sync + k * length] == SYNC for k in range(4)):
             return -size % length
     return 0
-
-
-def is_ebml(path: Path) -> bool:
-    """Whether it is a Matroska or a WebM."""
-    with path.open("rb") as file:
-        return file.read(4) == EBML
 
 
 @dataclass(frozen=True)
@@ -178,26 +172,3 @@ def _end_of_chunks(file: BinaryIO, size: int) -> int:
         at += 8 + length + length % 2
     # The last padding byte is often left out.
     return at - 1 if at == size + 1 else at
-
-
-def _end_of_segment(file: BinaryIO) -> int:
-    head = file.read(64)
-    at = 4
-    length, width = _vint(head, at)
-    at += width + length
-    file.seek(at)
-    head = file.read(12)
-    if head[:4] != SEGMENT:
-        return 0
-    length, width = _vint(head, 4)
-    is_unknown = length == (1 << (7 * width)) - 1
-    return 0 if is_unknown or not width else at + 4 + width + length
-
-
-def _vint(data: bytes, at: int) -> tuple[int, int]:
-    """A variable-size integer and its width in bytes; (0, 0) where there is none."""
-    first = data[at] if at < len(data) else 0
-    width = 9 - first.bit_length()
-    if not first or at + width > len(data):
-        return 0, 0
-    return int.from_bytes(data[at : at + width], "big") & ((1 << (7 * width)) - 1), width

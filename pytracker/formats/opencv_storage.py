@@ -20,8 +20,8 @@ MATRIX = re.compile(
     re.MULTILINE,
 )
 """One in YAML."""
-MODELS = ("plumb_bob", "rational_polynomial")
-"""Of distortion, that are OpenCV's."""
+MODELS = ("plumb_bob", "radtan", "rational_polynomial")
+"""Of distortion, that are OpenCV's; Kalibr calls it radtan."""
 
 
 def matrices_of(path: Path, text: str) -> dict[str, Array]:
@@ -48,7 +48,7 @@ def picture_size(text: str, matrices: Mapping[str, Array]) -> tuple[int, int] | 
         if name in matrices and matrices[name].size == 2:
             width, height = (round(side) for side in matrices[name].ravel().tolist())
             return width, height
-    found = [re.search(rf"\b{name}\W+(\d{{1,5}})\b", text) for name in ("image_width", "image_height")]
+    found = [re.search(rf"\b{name}\W+(\d{{1,5}})\b", text, re.IGNORECASE) for name in ("image_width", "image_height")]
     of_width, of_height = (None if side is None else int(side[1]) for side in found)
     return None if of_width is None or of_height is None else (of_width, of_height)
 
@@ -60,7 +60,7 @@ def _check_known(path: Path, text: str, names: list[str]) -> None:
         raise InputError(f"{path}: distortion_model is {model[1]!r}, expected one of: {', '.join(MODELS)}")
     if re.search(r"fisheye(_model)?\W+(1|true)\b", text, re.IGNORECASE):
         raise InputError(f"{path}: the camera is a fisheye, expected one with OpenCV's five distortions")
-    keys = re.findall(r"^\s*<?(\w*dist\w*)\s*(?::|>|\s\w+=)", text, re.IGNORECASE | re.MULTILINE)
+    keys = re.findall(r"^\s*<?(\w*dist\w*|d|k[123])\s*(?::|>|\s\w+=)", text, re.IGNORECASE | re.MULTILINE)
     strange = [key for key in keys if key not in names and key != "distortion_model"]
     if names and strange:
         raise InputError(

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.markers import Markers
-from pytracker.formats.text import number, read_lines
+from pytracker.formats.text import number, points_for_commas, read_lines
 
 __all__ = ["read_qualisys"]
 
@@ -97,7 +97,7 @@ def _is_row(line: str) -> bool:
     for cell in line.split("\t"):
         if cell.strip() and cell.strip().upper() != "NULL":
             try:
-                float(cell)
+                float(cell.replace(",", "."))
             except ValueError:
                 return False
             return True
@@ -107,6 +107,7 @@ def _is_row(line: str) -> bool:
 def _rows(path: Path, lines: list[str], first: int, markers: int) -> tuple[Float, int]:
     """Numbers of all rows, and how many columns (Frame, Time) lead the markers."""
     width = 3 * markers
+    lines = points_for_commas(lines, first)
     split = [(k + 1, lines[k].split("\t")) for k in range(first, len(lines)) if lines[k]]
     # What is blank in every row is tabs at the lines' ends.
     leading = 2 if any(len(cells) >= width + 2 and "".join(cells[width:]).strip() for _, cells in split) else 0
@@ -136,7 +137,7 @@ def _rate(path: Path, header: dict[str, list[str]]) -> float | None:
     if text.upper() in {"", "EXT"}:
         return None
     try:
-        rate = float(text)
+        rate = float(text.replace(",", "."))
     except ValueError:
         rate = math.nan
     if not 0 < rate < math.inf:

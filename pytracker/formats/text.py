@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,12 +15,13 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 
-__all__ = ["Table", "number", "parse_table", "read_lines"]
+__all__ = ["Table", "delimited", "number", "parse_table", "points_for_commas", "read_lines"]
 
 Float = NDArray[np.float64]
 
-EMPTY = {"", "nan", "null"}
+EMPTY = {"", "nan", "null", "none", "na", "n/a"}
 """Cells that say "no value", lower-case."""
+DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
 def read_lines(path: Path) -> list[str]:
@@ -40,6 +42,20 @@ def read_lines(path: Path) -> list[str]:
     if not text.strip():
         raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
     return text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
+
+
+def delimited(lines: list[str], first: int = 0) -> tuple[str, list[str]]:
+    """Which of comma, semicolon and tab parts the cells of the header, the line `first`, and the lines.
+
+    Where it is no comma, those of decimals below it are points, as tables are written in half of Europe.
+    """
+    delimiter = max(",;\t", key=lines[first].count)
+    return delimiter, lines if delimiter == "," else points_for_commas(lines, first + 1)
+
+
+def points_for_commas(lines: list[str], first: int) -> list[str]:
+    """The same, with points for decimal commas from the line `first` on; no comma may part the cells."""
+    return [*lines[:first], *(DECIMAL_COMMA.sub(".", line) for line in lines[first:])]
 
 
 def number(cell: str, path: Path, line: int, column: str) -> float:

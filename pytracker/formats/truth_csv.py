@@ -11,7 +11,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.markers import Markers, without_fillers
-from pytracker.formats.text import parse_table, read_lines
+from pytracker.formats.text import delimited, parse_table, read_lines
 
 __all__ = ["read_truth_csv"]
 
@@ -19,8 +19,8 @@ __all__ = ["read_truth_csv"]
 def read_truth_csv(path: Path | str) -> Markers:
     """Read it. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
-    lines = read_lines(path)
-    names = [name.strip() for name in lines[0].split(",")]
+    delimiter, lines = delimited(read_lines(path))
+    names = [name.strip().strip('"').strip() for name in lines[0].split(delimiter)]
     joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
     wanted = {"time_s", *(f"{joint}_{axis}_m" for joint in joints for axis in "xyz")}
     missing = sorted(wanted - set(names))
@@ -29,7 +29,9 @@ def read_truth_csv(path: Path | str) -> Markers:
             f"{path}:1: header has no column {', '.join(missing) or 'wrist_x_m'}, expected time_s and <joint>_x_m, "
             "<joint>_y_m, <joint>_z_m"
         )
-    table = parse_table(path, lines, 1, names, ",", wanted)
+    if twice := [name for name in names if name in wanted and names.count(name) > 1]:
+        raise InputError(f"{path}:1: column {twice[0]!r} stands more than once, expected each name once")
+    table = parse_table(path, lines, 1, names, delimiter, wanted)
     time_s = table.columns("time_s")
     assert time_s is not None
     back = np.flatnonzero(~(np.diff(time_s[:, 0]) > 0))

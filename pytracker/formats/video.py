@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.container import frames_of_avi, missing_bytes
+from pytracker.formats.matroska import begins_s
 
-__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "lacks", "probe"]
+__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "opened", "probe"]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
@@ -36,8 +37,6 @@ TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
 
 
-FEW_LACKING = 2
-"""Encoders keep a frame or two back."""
 MOST_FRAMES = 100_000_000
 """A header that says more was never finished."""
 
@@ -79,7 +78,8 @@ class VideoInfo:
     rate_hz: float
 
 
-def _open(path: Path) -> cv2.VideoCapture:
+def opened(path: Path) -> cv2.VideoCapture:
+    """A decoder at its first frame, which whoever opens it releases. Raises `InputError`."""
     if not path.is_file():
         raise InputError(f"{path}: no such file, expected a video")
     if path.stat().st_size == 0:
@@ -97,7 +97,7 @@ def _open(path: Path) -> cv2.VideoCapture:
 
 def probe(path: Path) -> VideoInfo:
     """Open `path` and decode its first frame. Raises `InputError`."""
-    capture = _open(path)
+    capture = opened(path)
     try:
         ok, image = capture.read()
         if not ok:
@@ -123,9 +123,11 @@ def probe(path: Path) -> VideoInfo:
 def _promised(path: Path, capture: cv2.VideoCapture) -> int:
     """How many frames the container says that it has; of an AVI how many it has, unless it says more.
 
-    Raises `InputError` for one that is damaged inside.
+    Matroska's duration counts from 0, whenever its first frame is, as of a recording in pieces. Raises `InputError` for
+    one that is damaged inside.
     """
-    said, avi = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT))), frames_of_avi(path)
+    before = round(begins_s(path) * capture.get(cv2.CAP_PROP_FPS))
+    said, avi = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) - before), frames_of_avi(path)
     if avi is None or not avi.count:
         return said
     if avi.broken_at is not None and avi.count < said:
@@ -136,18 +138,6 @@ def _promised(path: Path, capture: cv2.VideoCapture) -> int:
     return said if avi.count < TRUNCATED_SHARE * said and said < MOST_FRAMES else avi.count - avi.empty
 
 
-def lacks(path: Path) -> str:
-    """In words how many frames an AVI's header says that are not there; empty where none are lacking."""
-    capture = _open(path)
-    said, avi = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), frames_of_avi(path)
-    capture.release()
-    if avi is None or not 0 < avi.count < said - FEW_LACKING or said >= MOST_FRAMES:
-        return ""
-    return (
-        f"its header says {said} frames and {avi.count} are there: where some are missing within, all after come early"
-    )
-
-
 def frames(path: Path | str) -> Iterator[Frame]:
     """Decode `path` frame by frame, in constant memory.
 
@@ -155,7 +145,7 @@ def frames(path: Path | str) -> Iterator[Frame]:
     after the last frame where far fewer could be decoded than the container promises.
     """
     path = Path(path)
-    capture = _open(path)
+    capture = opened(path)
     try:
         promised = _promised(path, capture)
         duration_s = promised / capture.get(cv2.CAP_PROP_FPS) if capture.get(cv2.CAP_PROP_FPS) > 0 else 0.0
@@ -192,7 +182,7 @@ def glimpses(path: Path, count: int) -> Iterator[Frame]:
 
     Fewer where it is shorter, or the container cannot find them. Raises `InputError` as `probe`.
     """
-    capture = _open(path)
+    capture = opened(path)
     try:
         promised, rate_hz = _promised(path, capture), capture.get(cv2.CAP_PROP_FPS)
         for index in np.unique(np.linspace(0, max(promised - 1, 0), count + 1).astype(int)).tolist():

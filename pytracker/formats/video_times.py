@@ -9,7 +9,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from pytracker.formats.container import frames_of_avi, is_ebml
+from pytracker.formats.container import frames_of_avi
+from pytracker.formats.matroska import is_matroska
 from pytracker.formats.video import VideoInfo, probe
 from pytracker.rotation import Array
 
@@ -22,7 +23,7 @@ def counted(path: Path) -> VideoInfo:
     Matroska and WebM only estimate it, of an AVI some may be empty: these are decoded once.
     """
     info, avi = probe(path), frames_of_avi(path)
-    if is_ebml(path) or (avi is not None and avi.empty):
+    if is_matroska(path) or (avi is not None and avi.empty):
         return dataclasses.replace(info, frame_count=len(frame_times(path)))
     return info
 

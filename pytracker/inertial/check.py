@@ -21,6 +21,7 @@ __all__ = ["check"]
 RATE_TOLERANCE = 0.05
 GAP_INTERVALS = 1.5
 SLOWEST_S = 0.2
+FASTEST_S = 5e-5
 JUMP_S = 600.0
 
 
@@ -78,6 +79,11 @@ def _check_times(log: ImuLog) -> list[str]:
         raise InputError(
             f"{log.path}: samples are {usual:g} s apart, expected at most {SLOWEST_S} s: are the times in "
             f"{'micro' if usual > 1000 * SLOWEST_S else 'milli'}seconds?"
+        )
+    if interval.mean() < FASTEST_S:
+        raise InputError(
+            f"{log.path}: samples are {interval.mean():.3g} s apart on average, expected at least {FASTEST_S:g} s: are "
+            "the times in seconds or milliseconds, and taken for smaller units?"
         )
     rate = log.rate_hz
     # Rounded times are off one by one, and right on average; gaps make it the other way round.

@@ -10,7 +10,7 @@ import numpy as np
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.formats.imu.read import files_of_imu, holds_several
-from pytracker.formats.video_steady import camera_moves
+from pytracker.formats.video_oddities import video_oddities
 from pytracker.formats.video_times import counted
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
@@ -206,7 +206,7 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
     spans: list[tuple[float, float]] = []
     for view in views:
         assert view.video is not None
-        warnings += [f"{view.video}: {odd}" for odd in (camera_moves(view.video), video.lacks(view.video)) if odd]
+        warnings += video_oddities(view.video, view.start_s)
         info = video.probe(view.video)
         start = view.start_s
         # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.

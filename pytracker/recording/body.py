@@ -10,11 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats import video
 from pytracker.formats.asf import read_asf
 from pytracker.formats.imu.read import files_of_imu
 from pytracker.formats.toml_file import parse_toml
-from pytracker.formats.video_steady import camera_moves
+from pytracker.formats.video_oddities import video_oddities
 from pytracker.formats.video_times import counted
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.body_view import view_of
@@ -122,7 +121,7 @@ def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
     """Words on a camera that moves, one whose focal length is guessed of a cut picture, and one of another size."""
     words = []
     if view.video is not None:
-        words += [f"{view.video}: {odd}" for odd in (camera_moves(view.video), video.lacks(view.video)) if odd]
+        words += video_oddities(view.video, view.start_s)
     width, height = view.size_px
     if focal_sd >= GUESSED and max(width, height) <= SQUARE * min(width, height):
         words.append(

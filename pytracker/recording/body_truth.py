@@ -10,7 +10,7 @@ import numpy as np
 from pytracker._core import KEY_JOINTS, InputError
 from pytracker.formats.amc import read_amc
 from pytracker.recording.recording import BodyView, Truth
-from pytracker.recording.schema import BodyTruthEntry
+from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth import POINT_FORMATS, load_points, uncovered, uncovered_between
 from pytracker.recording.upright import TO_Y, to_up
 from pytracker.rotation import Array
@@ -30,7 +30,7 @@ ENOUGH = 3
 
 
 def load_truth(
-    folder: Path, path: Path, entry: BodyTruthEntry, skeleton: Skeleton
+    folder: Path, path: Path, entry: TruthEntry, skeleton: Skeleton
 ) -> tuple[Truth, Array | None, tuple[str, ...]]:
     """Joints, and poses where the file has them; and what is odd about it. Raises `InputError`."""
     file = folder / entry.file
@@ -39,8 +39,6 @@ def load_truth(
         expected = f"an .amc motion, or points: {', '.join(POINT_FORMATS)}"
         raise InputError(f"{path}: truth.file is {entry.file!r}, expected {expected}")
     if suffix != ".amc":
-        if entry.rate_hz is not None:
-            raise InputError(f"{path}: truth.rate_hz goes with an .amc motion, {entry.file} has times of its own")
         truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
         _check_lengths(file, truth, skeleton)
         return truth, None, tuple(unseen)

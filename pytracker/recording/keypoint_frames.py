@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.formats.container import AviFrames, frames_of_avi, is_ebml
+from pytracker.formats.container import AviFrames, frames_of_avi
 from pytracker.formats.keypoints.read import Keypoints
+from pytracker.formats.matroska import is_matroska
 from pytracker.formats.video import VideoInfo
 from pytracker.formats.video_times import frame_times
 from pytracker.rotation import Array
@@ -42,7 +43,7 @@ def _by_times(
 ) -> tuple[Numbers, tuple[str, ...]]:
     there, by_rate = bool(info.frame_count) and video.is_file(), _of_rate(time_s, info)
     # Matroska's rate is a word, its frames' times are their own.
-    if by_rate is not None and not (there and is_ebml(video)):
+    if by_rate is not None and not (there and is_matroska(video)):
         return by_rate, keypoints.warnings
     nearest = _nearest(time_s, frame_times(video) if there else _ideal(time_s, info))
     if nearest is not None:

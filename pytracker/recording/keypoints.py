@@ -107,7 +107,7 @@ def first_seen(keypoints: Keypoints, joint: str, frames: int) -> Array | None:
 
 def files_of(path: Path) -> list[Path]:
     """One file, or those of a folder."""
-    return sorted(path.glob("*.json")) if path.is_dir() else [path]
+    return sorted(path.glob("[!.]*.json")) if path.is_dir() else [path]
 
 
 def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) -> Keypoints:

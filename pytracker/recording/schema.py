@@ -17,7 +17,6 @@ __all__ = [
     "ArmFile",
     "BodyCameraEntry",
     "BodyFile",
-    "BodyTruthEntry",
     "CameraEntry",
     "ImuEntry",
     "InitialEntry",
@@ -114,11 +113,12 @@ class ArmEntry(Entry):
 
 
 class TruthEntry(Entry):
-    """`[truth]`: measured joints, where there are any."""
+    """`[truth]`: measured joints, as points, or a body's as an AMC motion on the same skeleton (with its rate)."""
 
     file: FileName
     markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
     up: Up | None = None
+    rate_hz: Positive | None = None
     offset_s: Finite = 0.0
 
 
@@ -159,16 +159,6 @@ class InitialEntry(Entry):
     distance_sd_m: Positive | None = None
 
 
-class BodyTruthEntry(Entry):
-    """`[truth]` of a body: an AMC motion on the same skeleton (with its rate), or joints as points."""
-
-    file: FileName
-    rate_hz: Positive | None = None
-    markers: dict[str, str | tuple[str, ...]] = Field(default_factory=dict)
-    up: Up | None = None
-    offset_s: Finite = 0.0
-
-
 class BodyFile(Entry):
     """The whole file of a body."""
 
@@ -178,7 +168,7 @@ class BodyFile(Entry):
     imu: Annotated[tuple[ImuEntry, ...], Field(max_length=4)] = ()
     skeleton: SkeletonEntry
     initial: InitialEntry | None = None
-    truth: BodyTruthEntry | None = None
+    truth: TruthEntry | None = None
 
 
 class ArmFile(Entry):

@@ -17,7 +17,7 @@ from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import Truth
-from pytracker.recording.schema import BodyTruthEntry, TruthEntry
+from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth_filled import without_filled
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
@@ -42,7 +42,7 @@ POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
 
 
 def load_points(
-    path: Path, file: Path, entry: TruthEntry | BodyTruthEntry, joints: tuple[str, ...], *, kind: str
+    path: Path, file: Path, entry: TruthEntry, joints: tuple[str, ...], *, kind: str
 ) -> tuple[Truth, list[str]]:
     """Joints of a file of markers, in the world of a `kind` of recording; what is odd, and its gaps, in words.
 
@@ -85,11 +85,21 @@ def load_points(
         for joint, count in gaps.items()
         if count
     ]
-    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), [
+    time_s = found.time_s if entry.rate_hz is None else at_rate(found.time_s, entry.rate_hz)
+    return Truth(time_s=time_s + entry.offset_s, joints_m=points, gaps=gaps), [
         *odd,
         *(said for of in filled.values() for said in of),
         *words,
     ]
+
+
+def at_rate(time_s: Array, rate_hz: float) -> Array:
+    """Times `(T,)`, s, of a clock whose frames are said to come at another rate than by itself."""
+    if len(time_s) < 2:
+        return time_s
+    # Written times are rounded: by one step that is much, over all of them little.
+    span_s = float(time_s[-1] - time_s[0])
+    return np.asarray(time_s * round(span_s / float(np.median(np.diff(time_s)))) / (span_s * rate_hz))
 
 
 def uncovered(file: Path, truth: Truth, video: Path, start_s: float) -> tuple[str, ...]:

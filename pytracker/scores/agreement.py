@@ -15,10 +15,12 @@ from pytracker.recording.recording import Truth
 from pytracker.rotation import Array
 from pytracker.scores.evaluate import Scored
 
-__all__ = ["disagreement"]
+__all__ = ["beside_truth", "disagreement"]
 
 LEAST_FRAMES, MOST_FRAMES = 50, 1500
 """Fewer say too little; of more some are looked at, evenly."""
+LEAST_SHARE = 0.5
+"""Of a track's frames, within the times of the truth."""
 OFF_M = 0.06
 """A truth that lies nearer is left alone."""
 BETTER = 0.5
@@ -30,8 +32,9 @@ ELSEWHERE_M = 0.5
 FLAT = 0.15
 """Places that spread along an axis by less than this share of what they do along the longest say nothing of it."""
 LAGS_S = np.concatenate([-(steps := np.arange(0.1, 3.01, 0.05))[::-1], steps])
-FACTORS = np.array([0.25, 0.4, 0.5, 0.6, 0.667, 0.8, 0.833, 0.9, 0.96, 1.04, 1.1, 1.2, 1.25, 1.5, 1.667, 2.0, 2.5, 4.0])
-"""Of times: rates that are taken for one another."""
+RATES_HZ = np.array([24, 25, 30, 50, 60, 90, 100, 120, 125, 150, 200, 240, 250, 300, 360, 480, 500, 1000])
+"""Of cameras; those that are taken for one another give the factors of times."""
+FACTORS = np.setdiff1d(np.round(np.append((RATES_HZ[:, None] / RATES_HZ).ravel(), [0.9, 1.1]), 3), [1.0])
 MOVES = 0.5
 """Joints that move so much of what the liveliest does are looked at, where it is about times."""
 SIDES = {"left": "right", "right": "left"}
@@ -75,6 +78,20 @@ def disagreement(track: Scored, truth: Truth | None) -> tuple[str, ...]:
     return (
         f"the truth would be {100 * best.off_m:.0f} cm off the track, not {100 * best.before_m:.0f}, if {best.words}: "
         "errors may be those of the truth's description",
+    )
+
+
+def beside_truth(track: Scored, truth: Truth | None) -> tuple[str, ...]:
+    """A sentence where most of a track's frames lie beyond the truth's times: scores are of the few that do not."""
+    if truth is None or not len(track.time_s):
+        return ()
+    first_s, last_s = float(truth.time_s[0]), float(truth.time_s[-1])
+    inside = int(((track.time_s >= first_s) & (track.time_s <= last_s)).sum())
+    if inside >= LEAST_SHARE * len(track.time_s):
+        return ()
+    return (
+        f"{inside} of {len(track.time_s)} frames, from {track.time_s[0]:g} to {track.time_s[-1]:g} s, lie within the "
+        f"truth's times, {first_s:.3f} to {last_s:.3f} s: scores are of these alone; are its times in seconds?",
     )
 
 

@@ -52,7 +52,7 @@ def _read(path: Path, file: Any, segment: str) -> ImuLog:
     if "Sensors" not in file:
         raise InputError(f"{path}: holds {', '.join(file)[:200] or 'nothing'}, expected /Sensors, APDM's format 5")
     labels = {name: _label(group) for name, group in file["Sensors"].items()}
-    name = _chosen(path, labels, segment)
+    name, said = _chosen(path, labels, segment)
     group = file["Sensors"][name]
     acc = _array(path, group, "Accelerometer", 3)
     if acc is None:
@@ -70,7 +70,7 @@ def _read(path: Path, file: Any, segment: str) -> ImuLog:
     time_s = (ticks - ticks[:1]) / 1e6  # before they are no whole numbers any more
     return ImuLog(
         path=path, lines=np.arange(1, len(acc) + 1), time_s=time_s,
-        acc=acc, gyr=found["gyr"], mag=found["mag"], q_world_sensor=found["q_world_sensor"],
+        acc=acc, gyr=found["gyr"], mag=found["mag"], q_world_sensor=found["q_world_sensor"], warnings=said,
     )  # fmt: skip
 
 
@@ -81,7 +81,8 @@ def _label(group: Any) -> str:
     return (label.decode("utf-8", "replace") if isinstance(label, bytes) else str(label)).strip("\0 ")
 
 
-def _chosen(path: Path, labels: dict[str, str], segment: str) -> str:
+def _chosen(path: Path, labels: dict[str, str], segment: str) -> tuple[str, tuple[str, ...]]:
+    """The sensor on a segment, or the only one; a word where that one says that it is worn elsewhere."""
     side, _, place = segment.partition("_")
     if side not in ("left", "right") or place not in WORN:
         raise InputError(f"{path}: segment is {segment!r}, expected a side's forearm or upper arm: right_forearm, ...")
@@ -89,11 +90,17 @@ def _chosen(path: Path, labels: dict[str, str], segment: str) -> str:
         name for name, label in labels.items() if side in label.lower() and any(w in label.lower() for w in WORN[place])
     ]
     if len(fitting) == 1:
-        return fitting[0]
+        return fitting[0], ()
     if not fitting and len(labels) == 1:
-        return next(iter(labels))
+        ((name, label),) = labels.items()
+        words = f"{path}: its only sensor says it is worn at {label!r}, and is taken for the {_in_words(segment)}'s"
+        return name, (words,) if label else ()
     there = ", ".join(f"{name} ({label or 'nowhere'})" for name, label in labels.items())[:300] or "none"
-    raise InputError(f"{path}: its sensors are {there}, expected one on the {segment.replace('_', ' ')}")
+    raise InputError(f"{path}: its sensors are {there}, expected one on the {_in_words(segment)}")
+
+
+def _in_words(segment: str) -> str:
+    return segment.replace("_", " ")
 
 
 def _array(path: Path, group: Any, name: str, width: int) -> Array | None:

@@ -93,6 +93,8 @@ def known_as(header: str) -> Column | None:
     base = re.sub(r"[\s_.\-/]+", "", words)
     if time := TIME.fullmatch(base):
         # Several times are not yet seconds.
+        if base == "secondselapsed":
+            return Column("time_s", 1.0, has_unit=True)
         said = "" if time[1] == "s" and not words.endswith(("_s", " s", ".s", "-s")) else time[1]
         return _in_unit("time", "time_s", unit or said or NAMED_UNITS.get(time[2] or "", ""))
     if turn := QUATERNION.fullmatch(base):

@@ -67,7 +67,7 @@ class Sensor:
 def files_of_phone(folder: Path) -> dict[str, Path]:
     """What a phone's folder has that is read, by name in small letters. Raises `InputError` for two of one name."""
     found: dict[str, Path] = {}
-    for path in sorted(folder.glob("*.[cC][sS][vV]")):
+    for path in sorted(folder.glob("[!.]*.[cC][sS][vV]")):
         name = _sensor_of(path.stem)
         if name in found:
             raise InputError(f"{folder}: has {found[name].name} and {path.name}, expected one of them: one recording")
@@ -139,7 +139,9 @@ def read_motion(path: Path, lines: list[str]) -> ImuLog:
     if not (0.9 < norm < 1.1 or 0.9 < norm / GRAVITY < 1.1):
         raise InputError(f"{path}: gravity is {norm:.3g} long in the median, expected 1 g or {GRAVITY:.2f} m/s²")
     force = (-GRAVITY if norm < 2.0 else 1.0) * (acc + gravity)
-    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0] * unit_of(time_s[:, 0])[1], acc=force, gyr=gyr)
+    clock = known_as(header.names[names.index("time_s")])
+    unit_s = clock.factor if clock is not None and clock.has_unit else unit_of(time_s[:, 0])[1]
+    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0] * unit_s, acc=force, gyr=gyr)
 
 
 def _motion_name(name: str) -> str:
@@ -193,6 +195,8 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
             "not in it; expected TotalAcceleration.csv or Gravity.csv beside it"
         )
     covered = (acc.time_s >= gravity.time_s[0]) & (acc.time_s <= gravity.time_s[-1])
+    if covered.sum() < 2:
+        raise InputError(f"{folder}: its sensors do not overlap ({_spans(acc, gravity)}), expected one recording")
     down = gravity.at(acc.time_s)
     # A lively arm's acceleration is as long as gravity too, but not along it.
     along = (acc.values * down).sum(axis=1) / np.maximum(np.linalg.norm(down, axis=1), 1e-9)
@@ -200,6 +204,10 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
         return acc
     values = acc.values + down
     return Sensor(acc.path, acc.lines[covered], acc.time_s[covered], values[covered])
+
+
+def _spans(*sensors: Sensor) -> str:
+    return "; ".join(f"{s.path.name} {s.time_s[0]:.2f} to {s.time_s[-1]:.2f} s" for s in sensors)
 
 
 def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Sensor | None:
@@ -258,8 +266,9 @@ def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, 
     # Twice the same time says nothing twice.
     kept = (acc.time_s >= first) & (acc.time_s <= last) & np.append(True, np.diff(acc.time_s) > 0)
     if kept.sum() < 2:
-        spans = "; ".join(f"{s.path.name} {s.time_s[0]:.2f} to {s.time_s[-1]:.2f} s" for s in (acc, *others))
-        raise InputError(f"{acc.path.parent}: its sensors do not overlap ({spans}), expected one recording")
+        raise InputError(
+            f"{acc.path.parent}: its sensors do not overlap ({_spans(acc, *others)}), expected one recording"
+        )
     time_s = acc.time_s[kept]
     if (cut_s := float(np.ptp(acc.time_s) - np.ptp(time_s))) > 2 * CUT_S:
         said.append(f"{acc.path.parent.name}: {cut_s:.2f} s are left out, where not every sensor says something")

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.imu.clock import as_seconds, seconds
 from pytracker.formats.imu.names import Column, known_as, of_shimmer
-from pytracker.formats.text import parse_table
+from pytracker.formats.text import delimited, parse_table
 from pytracker.inertial.log import ImuLog
 
 __all__ = ["Header", "header_of", "read"]
@@ -61,10 +61,7 @@ def header_of(lines: list[str]) -> Header:
     """Of a file's lines: the first that names a sensor's columns, else the first that is not blank or says `sep=`."""
     said = [k for k, line in enumerate(lines[:HEADER_WITHIN]) if line.strip() and not SEPARATOR.match(line)]
     first = next((k for k in said if _names_columns(lines[k])), said[0] if said else len(lines) - 1)
-    delimiter = max(",;\t", key=lines[first].count)
-    if delimiter == ";":
-        # Where semicolons part the cells, a comma is that of a decimal.
-        lines = [*lines[: first + 1], *(line.replace(",", ".") for line in lines[first + 1 :])]
+    delimiter, lines = delimited(lines, first)
     names = [name.strip().strip('"').lower() for name in lines[first].split(delimiter)]
     below = lines[first + 1].split(delimiter) if first + 1 < len(lines) else []
     if any(name.endswith("_cal") for name in names) and len(below) == len(names) and below[0].strip(' "').isalpha():

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoints.log import Keypoints, in_range, ours, require_seen
+from pytracker.formats.keypoints.log import Keypoints, are_shares, in_range, ours, require_seen
 from pytracker.formats.keypoints.models import model_of, name_of
 from pytracker.formats.keypoints.people import in_order
 from pytracker.formats.keypoints.rows import numbers_of
@@ -32,15 +32,13 @@ def _parsed(path: Path) -> Any:
 
 def read_folder(path: Path, model: str) -> Keypoints:
     """One file a frame, numbered in its name. Raises `InputError`."""
-    files = sorted(path.glob("*.json"))
+    files = sorted(path.glob("[!.]*.json"))
     if not files:
         raise InputError(f"{path}: holds no .json file, expected one a frame")
     rows: dict[int, list[Array]] = {}
-    for file in files:
-        digits = re.findall(r"\d+", re.sub(r"_keypoints$", "", file.stem))
-        if not digits or int(digits[-1]) > MOST_FRAMES:
-            raise InputError(f"{file}: its name ends in no frame number, expected such as frame_000000000012.json")
-        frame = int(digits[-1])
+    for file, frame in zip(files, numbers_of([file.stem for file in files]), strict=True):
+        if frame is None or frame > MOST_FRAMES:
+            raise InputError(f"{file}: its name has no frame number, expected such as frame_000000000012.json")
         if frame in rows:
             raise InputError(f"{file}: is a second file of frame {frame}, expected one a frame: is it another clip's?")
         data = _parsed(file)
@@ -162,5 +160,6 @@ def _ordered(path: Path, rows: dict[int, list[Array]], model: str, named: tuple[
     for row, frame in enumerate(frames):
         for p, person in enumerate(rows[frame][:people]):
             points[row, p] = ours(person, order)
-    confidences = np.concatenate([person[:, 2] for people in rows.values() for person in people])
-    return Keypoints(np.array(frames), require_seen(path, in_order(points), confidences))
+    found = np.concatenate([person for people in rows.values() for person in people])
+    seen = require_seen(path, in_order(points), found[:, 2])
+    return Keypoints(np.array(frames), seen, is_share=are_shares(found[found[:, 2] > 0, :2]))

@@ -12,9 +12,13 @@ from numpy.typing import NDArray
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.rotation import Array
 
-__all__ = ["Keypoints", "in_range", "ours", "require_seen"]
+__all__ = ["Keypoints", "are_shares", "in_range", "ours", "require_seen"]
 
 MOST_PX = 1e6
+LARGEST_SHARE = 1.5
+"""Of a picture's width or height: most points lie in it, and the others, such as feet, not far outside."""
+NOTHING, MOST = 1e-6, 0.75
+"""Of numbers that are larger than the one such a share is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +47,15 @@ def in_range(path: Path, found: Array) -> Array:
     if far.any():
         raise InputError(f"{path}: keypoints hold {found[far][0]:g}, expected pixels within ±{MOST_PX:g}")
     return found
+
+
+def are_shares(places: Array) -> bool:
+    """Whether places, of any shape, are shares of the picture's width and height: no person is one pixel large.
+
+    Who was not found is zero, less, or no number.
+    """
+    sizes = places[np.isfinite(places) & (places > NOTHING)]
+    return not sizes.size or bool(np.quantile(sizes, MOST) <= LARGEST_SHARE)
 
 
 def ours(person: Array, order: Sequence[str]) -> Array:

@@ -10,19 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoints.log import Keypoints, in_range, ours, require_seen
+from pytracker.formats.keypoints.log import Keypoints, are_shares, in_range, ours, require_seen
 from pytracker.formats.keypoints.models import name_of
 from pytracker.formats.keypoints.rows import rows_of
-from pytracker.formats.text import number, read_lines
+from pytracker.formats.text import delimited, number, read_lines
 from pytracker.formats.trc import read_trc_pixels
 from pytracker.rotation import Array
 
 __all__ = ["from_columns", "numbers_in", "read_table", "read_trc_keypoints", "rows_below", "split"]
 
-LARGEST_SHARE = 1.5
-"""Of a picture's width or height: most points lie in it, and the others, such as feet, not far outside."""
-NOTHING, MOST = 1e-6, 0.75
-"""Of a table's numbers that are larger than the one such a share is looked at."""
 LEAST_PX = 20.0
 """A person whose points all lie nearer to the corner is in metres."""
 
@@ -40,10 +36,7 @@ def read_table(path: Path) -> Keypoints:
     points = [k for k, _, _ in named]
     table = numbers_in(path, rows, points)
     of = rows_of(path, header, list(rows.values()), [k for k in range(len(header)) if k not in points])
-    places = table[:, [k for k, joint, axis in named if axis != "confidence"]]
-    # No person is one pixel large; who was not found is zero, or less.
-    sizes = places[np.isfinite(places) & (places > NOTHING)]
-    is_share = is_mediapipe or not sizes.size or bool(np.quantile(sizes, MOST) <= LARGEST_SHARE)
+    is_share = is_mediapipe or are_shares(table[:, [k for k, _, axis in named if axis != "confidence"]])
     found = from_columns(path, table, named, joints, is_share=is_share)
     return dataclasses.replace(found, frames=of.frames, time_s=of.time_s, warnings=of.warnings)
 
@@ -80,10 +73,9 @@ def _column(cell: str) -> tuple[str, str] | None:
 
 
 def with_commas(lines: list[str]) -> list[str]:
-    """The same, where semicolons part the cells and commas are those of decimals, as tables are written in Europe."""
-    if lines[0].count(";") <= lines[0].count(","):
-        return lines
-    return [line.replace(",", ".").replace(";", ",") for line in lines]
+    """The same, with commas between the cells, where semicolons or tabs part them."""
+    delimiter, lines = delimited(lines)
+    return lines if delimiter == "," else [line.replace(delimiter, ",") for line in lines]
 
 
 def split(line: str) -> list[str]:

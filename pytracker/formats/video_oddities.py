@@ -1,0 +1,48 @@
+"""What is odd about a whole video, in words: a camera that moves, frames that are lacking, a piece of a longer one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+
+from pytracker.formats.container import frames_of_avi
+from pytracker.formats.matroska import begins_s
+from pytracker.formats.video import MOST_FRAMES, opened
+from pytracker.formats.video_steady import camera_moves
+
+__all__ = ["video_oddities"]
+
+FEW_LACKING = 2
+"""Encoders keep a frame or two back."""
+LATE_S = 0.5
+"""A container's first frame may be that much after 0, s, as where the sound began first."""
+
+
+def video_oddities(path: Path, start_s: float) -> list[str]:
+    """A word each, of one whose first frame is said to be at `start_s`. Raises `InputError`."""
+    found = (camera_moves(path), _lacks(path), _begins_late(path, start_s))
+    return [f"{path}: {words}" for words in found if words]
+
+
+def _lacks(path: Path) -> str:
+    """How many frames an AVI's header says that are not there."""
+    capture = opened(path)
+    said, avi = int(capture.get(cv2.CAP_PROP_FRAME_COUNT)), frames_of_avi(path)
+    capture.release()
+    if avi is None or not 0 < avi.count < said - FEW_LACKING or said >= MOST_FRAMES:
+        return ""
+    return (
+        f"its header says {said} frames and {avi.count} are there: where some are missing within, all after come early"
+    )
+
+
+def _begins_late(path: Path, start_s: float) -> str:
+    """When a piece of a longer recording begins, where nobody says so."""
+    late_s = begins_s(path)
+    if start_s != 0.0 or late_s < LATE_S:
+        return ""
+    return (
+        f"its first frame is at {late_s:.3f} s of its container's clock, as in a piece of a longer recording, and is "
+        "taken to be at 0 s: start_s says when it was"
+    )
