@@ -232,6 +232,18 @@ def test_without_a_patch_the_wrist_is_among_the_keypoints(folder: Path, tmp_path
     assert "clock" in verdicts or "clock, heading and mount" in verdicts
 
 
+def test_a_detector_that_looks_at_every_third_frame(folder: Path, tmp_path: Path) -> None:
+    """Two of three frames were not valid, and 0.9 cm off."""
+    there = changed(folder, tmp_path / "every third", without_patch)
+    head, *rows = keypoint_table(load(folder), "right").splitlines()
+    head, rows = f"frame,{head}", [f"{k},{row}" for k, row in enumerate(rows)]
+    (there / "points.csv").write_text("\n".join([head, *rows[::3]]) + "\n", "utf-8")
+    track = pt.track(load(there), pt.Smooth(), 1)
+    assert track.valid.mean() > 0.95
+    (there / "points.csv").write_text("\n".join([head, *rows[:30], *rows[60:]]) + "\n", "utf-8")
+    assert (~pt.track(load(there), pt.Smooth(), 1).valid).sum() >= 30
+
+
 @pytest.mark.parametrize(
     ("change", "points", "expected"),
     [

@@ -199,6 +199,15 @@ def test_a_second_camera_of_a_part_is_told(tmp_path: Path) -> None:
     assert "where it has no frames the others are followed alone" in said
 
 
+def test_what_was_odd_of_the_sensor_is_said_with_a_start_that_does_not_fit(folder: Path) -> None:
+    """It may be why: of an orientation that was computed the heading is arbitrary."""
+    rows = [line.split(",") for line in (folder / "imu.csv").read_text("utf-8").splitlines()]
+    kept = [k for k, name in enumerate(rows[0]) if not name.startswith("q_")]
+    (folder / "imu.csv").write_text("\n".join(",".join(row[k] for k in kept) for row in rows), "utf-8")
+    with pytest.raises(pt.InputError, match=r"the elbow is .* and mount of the IMU; and .*the heading is arbitrary"):
+        load_arm(edit(folder, 'segment = "right_forearm"', 'segment = "right_forearm"\nheading_deg = 0'))
+
+
 def test_start_from_truth_or_from_the_patch(folder: Path) -> None:
     text = (folder / "recording.toml").read_text()
     line = next(line for line in text.splitlines() if line.startswith("wrist_start_m"))

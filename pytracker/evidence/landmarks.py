@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.evidence.camshift import PatchTrack, track_patch
@@ -30,6 +31,8 @@ SHORTEST, LONGEST = 0.35, 1.6
 """A forearm looks as long at least once, and never longer, in its own lengths."""
 MOST_APART = 0.8
 """A patch lies on the wrist that a detector finds, but for so many lengths of the forearm."""
+BRIDGED_S = 0.15
+"""Between frames that are no farther apart, as of a detector that looks at every third one, a wrist is not unseen."""
 
 Seen = tuple[Array, Array]
 """Pixels `(T, 2)`, NaN where not seen, and their standard deviations `(T,)`, px; a row a frame of the video."""
@@ -105,9 +108,17 @@ def wrist_seen(keypoints: Keypoints, side: str, film: Iterator[Frame]) -> PatchT
     people = _people(keypoints, len(time_s))
     pixel = _followed(people, side, np.full((len(time_s), 2), np.nan))[:, KEYPOINTS.index(f"{side}_wrist"), :2]
     valid = np.isfinite(pixel).all(axis=1).reshape(-1)
-    reason = tuple("" if seen else "the wrist is not among the keypoints" for seen in valid)
+    unseen = ~valid & (_gap_s(time_s, valid) > BRIDGED_S)
+    reason = tuple("the wrist is not among the keypoints" if so else "" for so in unseen)
     none = np.full(len(time_s), np.nan)
     return PatchTrack(time_s, pixel, valid, reason, none, np.zeros((len(time_s), 4), dtype=np.int64))
+
+
+def _gap_s(time_s: Array, seen: NDArray[np.bool_]) -> Array:
+    """Between the frames about each `(T,)` that were seen, s; infinite before the first and after the last."""
+    before = np.maximum.accumulate(np.where(seen, time_s, -np.inf))
+    after = np.minimum.accumulate(np.where(seen, time_s, np.inf)[::-1])[::-1]
+    return np.asarray(after - before)
 
 
 def _of_keypoints(recording: ArmRecording, camera: int, patch: PatchTrack) -> dict[str, Seen]:

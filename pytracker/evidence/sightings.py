@@ -59,7 +59,8 @@ class Sightings:
     Attributes:
         time_s: recording time of every frame, increasing `(T,)`.
         pixels: centres `(T, C, 2)`, px; NaN where a camera did not see the patch.
-        reasons: why not, in words `(T,)`; empty where at least one camera saw it.
+        reasons: why not, in words `(T,)`; empty where at least one camera saw it, or a detector did just before and
+            after.
         tracks: what the patch tracker found, camera by camera; empty where the centres came from elsewhere.
         landmarks: other joints that were seen.
     """
@@ -175,7 +176,7 @@ def _merge(times: list[Array], tracks: list[PatchTrack], joints: list[dict[str, 
             if reason:
                 said[row].append(reason if len(tracks) == 1 else f"camera {camera}: {reason}")
     seen = _seen(pixels)
-    reasons = tuple("" if s else "; ".join(words) or "no camera" for s, words in zip(seen, said, strict=True))
+    reasons = tuple("" if s else "; ".join(words) for s, words in zip(seen, said, strict=True))
     return Sightings(rows, pixels, reasons, tuple(tracks), tuple(landmarks))
 
 

@@ -64,10 +64,14 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     if truth is not None and entry.truth is not None and (video := views[0].video) is not None:
         truth_warnings += uncovered(folder / entry.truth.file, truth, video, views[0].start_s)
     is_late = imu.time_s[0] > views[0].start_s + SLACK_S
-    start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth, is_late=is_late)
-    for number, view in enumerate(views):
-        if imu.time_s[0] <= view.start_s + SLACK_S:
-            check_start(f"{path}: camera[{number}]", entry.arm, start, view, imu)
+    try:
+        start, start_warnings = wrist_start(path, entry.arm, views[0], imu, truth, is_late=is_late)
+        for number, view in enumerate(views):
+            if imu.time_s[0] <= view.start_s + SLACK_S:
+                check_start(f"{path}: camera[{number}]", entry.arm, start, view, imu)
+    except InputError as error:
+        # What was odd of the sensor may be why.
+        raise InputError("; ".join([str(error), *(f"and {words}" for words in warnings)])) from None
     start_sds = LATE_START if is_late else START_FROM_RAY if start_warnings else {}
     arm = Arm(
         shoulder_m=entry.arm.shoulder_m,
