@@ -5,7 +5,7 @@
 | MP4, MOV | every top-level box begins with its size | ISO/IEC 14496-12, 4.2 |
 | AVI | every RIFF chunk does | Microsoft, AVI RIFF File Reference |
 | MKV, WebM | so does the segment (`matroska`) | RFC 8794, 6.2; RFC 9559 |
-| TS, MTS | all packets are of one size | ISO/IEC 13818-1, 2.4.3.2; Blu-ray's with four bytes before each |
+| TS, MTS | all packets are of one size (`transport`) | ISO/IEC 13818-1, 2.4.3.2 |
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from pytracker.formats.matroska import end_of_segment, is_matroska
+from pytracker.formats.transport import lacking_bytes
 
 __all__ = ["AviFrames", "frames_of_avi", "missing_bytes"]
 
@@ -25,9 +26,6 @@ LISTS = (b"movi", b"rec ")
 """An AVI's lists that hold frames."""
 FRAMES = (b"dc", b"db")
 """What the names of a video's chunks end with, after the number of the stream."""
-SYNC = 0x47
-PACKETS = {188: 0, 192: 4, 204: 0}
-"""Sizes of a transport stream's packets, and at which of their bytes `SYNC` stands."""
 UNKNOWN = (0, 0xFFFFFFFF)
 """A length that was not known as it was written, as into a pipe."""
 BOXES = (b"ftyp", b"moov", b"mdat", b"free", b"skip", b"wide", b"moof", b"styp", b"sidx", b"uuid", b"meta", b"udta")
@@ -45,17 +43,7 @@ def missing_bytes(path: Path) -> int:
             return max(0, _end_of_chunks(file, size) - size)
         if is_matroska(path):
             return max(0, end_of_segment(path) - size)
-        return _lacking_of_packet(file, size)
-
-
-def _lacking_of_packet(file: BinaryIO, size: int) -> int:
-    """Bytes that the last packet of an MPEG transport stream lacks; 0 where it is none."""
-    file.seek(0)
-    start = file.read(4 * max(PACKETS))
-    for length, sync in PACKETS.items():
-        if len(start) >= 4 * length and all(start[sync + k * length] == SYNC for k in range(4)):
-            return -size % length
-    return 0
+    return lacking_bytes(path)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import cv2
 
 from pytracker.formats.container import frames_of_avi
 from pytracker.formats.matroska import begins_s
+from pytracker.formats.transport import lost_packets
 from pytracker.formats.video import MOST_FRAMES, opened
 from pytracker.formats.video_steady import camera_moves
 
@@ -21,7 +22,7 @@ LATE_S = 0.5
 
 def video_oddities(path: Path, start_s: float) -> list[str]:
     """A word each, of one whose first frame is said to be at `start_s`. Raises `InputError`."""
-    found = (camera_moves(path), _lacks(path), _begins_late(path, start_s))
+    found = (camera_moves(path), _lacks(path), _lost(path), _begins_late(path, start_s))
     return [f"{path}: {words}" for words in found if words]
 
 
@@ -35,6 +36,13 @@ def _lacks(path: Path) -> str:
     return (
         f"its header says {said} frames and {avi.count} are there: where some are missing within, all after come early"
     )
+
+
+def _lost(path: Path) -> str:
+    """Where a transport stream has holes."""
+    count = lost_packets(path)
+    places = "one place" if count == 1 else f"{count} places"
+    return f"packets are missing at {places} within: frames there are damaged or not there" if count else ""
 
 
 def _begins_late(path: Path, start_s: float) -> str:
