@@ -80,8 +80,19 @@ def test_a_clock_of_whole_seconds_is_early_by_what_it_cuts_off(tmp_path: Path) -
     """Taken for times of arrival, all came a second early: 17.7 cm."""
     table = waving()
     log = load(write(tmp_path / "imu.csv", np.column_stack([np.floor(table[:, 0] + 0.3), table[:, 1:]]).tolist()))
-    assert log.time_s == pytest.approx(table[:, 0] + 0.3, abs=0.011)
-    assert "its times are in whole seconds" in log.warnings[0]
+    assert log.time_s == pytest.approx(table[:, 0], abs=0.011)
+    assert "its times are in whole seconds, expected those at which samples were measured: they are" in log.warnings[0]
+
+
+@pytest.mark.parametrize("lost", [slice(230, 260), slice(130, 270)])
+def test_samples_lost_of_whole_seconds_move_no_other_second(lost: slice, tmp_path: Path) -> None:
+    """Of 16 s half a second lost moved all others by as much: 9 cm, valid; a whole second lost, by two."""
+    table = np.delete(waving(), lost, axis=0)
+    log = load(write(tmp_path / "imu.csv", np.column_stack([np.floor(table[:, 0]), table[:, 1:]]).tolist()))
+    second = np.floor(table[:, 0])
+    kept = ~np.isin(second, [one for one in range(1, 5) if np.sum(second == one) < 100])
+    assert log.time_s == pytest.approx(table[kept, 0], abs=0.011)
+    assert re.search(r"without [12] of \d that have fewer than the usual 100 samples", log.warnings[0])
 
 
 def test_a_clock_faster_than_any_sensor_is_refused(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@
 | MP4, MOV | every top-level box begins with its size | ISO/IEC 14496-12, 4.2 |
 | AVI | every RIFF chunk does | Microsoft, AVI RIFF File Reference |
 | MKV, WebM | so does the segment (`matroska`) | RFC 8794, 6.2; RFC 9559 |
-| TS, MTS | all packets are of one size (`transport`) | ISO/IEC 13818-1, 2.4.3.2 |
+| TS, MTS | only when its pictures are (`transport`) | ISO/IEC 13818-1, 2.4.3 |
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
-from pytracker.formats.matroska import end_of_segment, is_matroska
-from pytracker.formats.transport import lacking_bytes
+from pytracker.formats.matroska import end_of_segment, is_matroska, span_of_matroska
+from pytracker.formats.transport import span_of_transport
 
-__all__ = ["AviFrames", "frames_of_avi", "missing_bytes"]
+__all__ = ["AviFrames", "frames_of_avi", "missing_bytes", "span_s"]
 
 LISTS = (b"movi", b"rec ")
 """An AVI's lists that hold frames."""
@@ -43,7 +43,12 @@ def missing_bytes(path: Path) -> int:
             return max(0, _end_of_chunks(file, size) - size)
         if is_matroska(path):
             return max(0, end_of_segment(path) - size)
-    return lacking_bytes(path)
+    return 0
+
+
+def span_s(path: Path) -> tuple[float, float] | None:
+    """When the first picture is and when the last, s; None where the container's own length is that of the pictures."""
+    return span_of_matroska(path) or span_of_transport(path)
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["lacking_bytes", "lost_packets"]
+__all__ = ["lacking_bytes", "lost_packets", "span_of_transport"]
 
 SYNC = 0x47
 PACKETS = {188: 0, 192: 4, 204: 0}
 """Sizes of packets, and at which of their bytes `SYNC` stands; Blu-ray's have four bytes before each."""
-EMPTY = 0x1FFF
-"""The identity of packets that fill up."""
 COUNTS = 16
+FEW = 50
+"""Pictures are not stored in the order in which they are shown: first and last are among so many."""
+CLOCK_HZ = 90_000
 
 
 def lacking_bytes(path: Path) -> int:
@@ -24,21 +25,64 @@ def lacking_bytes(path: Path) -> int:
 
 
 def lost_packets(path: Path) -> int:
-    """At how many places packets of its largest stream, the video, were lost, by their counters (2.4.3.3)."""
-    length = _packet(path)
-    if not length:
+    """At how many places the counters of its pictures' stream do not go on (2.4.3.3)."""
+    packets = _of_pictures(path)
+    if packets is None:
         return 0
-    count = path.stat().st_size // length
-    packets = np.memmap(path, np.uint8, "r", shape=(count * length,)).reshape(count, length)
-    head = packets[:, PACKETS[length] : PACKETS[length] + 6].astype(np.int64)
-    identity, has_payload = ((head[:, 1] & 0x1F) << 8) | head[:, 2], (head[:, 3] & 0x10) > 0
+    head = np.asarray(packets[0][packets[1], :6], dtype=np.int64)
     # A stream that begins anew says so in its adaptation field.
     begins = ((head[:, 3] & 0x20) > 0) & (head[:, 4] > 0) & ((head[:, 5] & 0x80) > 0)
-    streams, sizes = np.unique(identity[has_payload & (identity != EMPTY)], return_counts=True)
-    if not len(streams):
-        return 0
-    video = (identity == streams[np.argmax(sizes)]) & has_payload
-    return _breaks(head[video, 3] & 0x0F, begins[video])
+    return _breaks(head[:, 3] & 0x0F, begins)
+
+
+def span_of_transport(path: Path) -> tuple[float, float] | None:
+    """When its first picture is and when its last, s; None where that cannot be told, as of one that is none (2.4.3.6).
+
+    Its duration is of all its streams: sound begins before, or goes on.
+    """
+    packets = _of_pictures(path)
+    if packets is None:
+        return None
+    starts = packets[1][(packets[0][packets[1], 1] & 0x40) > 0]
+    few = np.concatenate([starts[:FEW], starts[-FEW:]])
+    times = [time for k in few if (time := _time_of(bytes(packets[0][k]))) is not None]
+    return (min(times) / CLOCK_HZ, max(times) / CLOCK_HZ) if times else None
+
+
+def _time_of(packet: bytes) -> int | None:
+    """When a picture that begins in a packet is shown, ticks; None where it does not say."""
+    pes = _payload(packet)
+    if len(pes) < 14 or not pes[7] & 0x80:
+        return None
+    a, b, c, d, e = pes[9:14]
+    return (a >> 1 & 7) << 30 | b << 22 | (c >> 1) << 15 | d << 7 | e >> 1
+
+
+def _payload(packet: bytes) -> bytes:
+    return packet[4 + (1 + packet[4] if packet[3] & 0x20 else 0) :]
+
+
+def _of_pictures(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.intp]] | None:
+    """All packets `(N, L)`, and which are of the largest stream of pictures; None of what is no such file."""
+    length = _packet(path)
+    if not length:
+        return None
+    count = path.stat().st_size // length
+    packets = np.memmap(path, np.uint8, "r", shape=(count * length,)).reshape(count, length)[:, PACKETS[length] :]
+    head = packets[:, :4].astype(np.int64)
+    identity, has_payload = ((head[:, 1] & 0x1F) << 8) | head[:, 2], (head[:, 3] & 0x10) > 0
+    streams, sizes = np.unique(identity[has_payload], return_counts=True)
+    for stream in streams[np.argsort(-sizes)]:
+        of = np.flatnonzero((identity == stream) & has_payload)
+        begins = of[(head[of, 1] & 0x40) > 0]
+        if len(begins) and _is_picture(_payload(bytes(packets[begins[0]]))):
+            return packets, of
+    return None
+
+
+def _is_picture(payload: bytes) -> bool:
+    """Whether what begins is of a stream of pictures (table 2-22)."""
+    return payload[:3] == b"\0\0\1" and 0xE0 <= int.from_bytes(payload[3:4], "big") <= 0xEF
 
 
 def _breaks(counter: NDArray[np.int64], begins: NDArray[np.bool_]) -> int:

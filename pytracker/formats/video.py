@@ -21,8 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.container import frames_of_avi, missing_bytes
-from pytracker.formats.matroska import begins_s
+from pytracker.formats.container import frames_of_avi, missing_bytes, span_s
 
 __all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "opened", "probe"]
 
@@ -123,11 +122,12 @@ def probe(path: Path) -> VideoInfo:
 def _promised(path: Path, capture: cv2.VideoCapture) -> int:
     """How many frames the container says that it has; of an AVI how many it has, unless it says more.
 
-    Matroska's duration counts from 0, whenever its first frame is, as of a recording in pieces. Raises `InputError` for
-    one that is damaged inside.
+    Where a container's length is that of its sound as well, by when its pictures are. Raises `InputError` for one that
+    is damaged inside.
     """
-    before = round(begins_s(path) * capture.get(cv2.CAP_PROP_FPS))
-    said, avi = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT)) - before), frames_of_avi(path)
+    said, avi, span = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT))), frames_of_avi(path), span_s(path)
+    if span is not None and capture.get(cv2.CAP_PROP_FPS) > 0:
+        return round((span[1] - span[0]) * capture.get(cv2.CAP_PROP_FPS)) + 1
     if avi is None or not avi.count:
         return said
     if avi.broken_at is not None and avi.count < said:

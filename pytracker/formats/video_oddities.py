@@ -8,7 +8,7 @@ import cv2
 
 from pytracker.formats.container import frames_of_avi
 from pytracker.formats.matroska import begins_s
-from pytracker.formats.transport import lost_packets
+from pytracker.formats.transport import lacking_bytes, lost_packets
 from pytracker.formats.video import MOST_FRAMES, opened
 from pytracker.formats.video_steady import camera_moves
 
@@ -39,10 +39,12 @@ def _lacks(path: Path) -> str:
 
 
 def _lost(path: Path) -> str:
-    """Where a transport stream has holes."""
+    """Where a transport stream has holes, and whether it was cut off."""
     count = lost_packets(path)
-    places = "one place" if count == 1 else f"{count} places"
-    return f"packets are missing at {places} within: frames there are damaged or not there" if count else ""
+    if count:
+        places = "one place" if count == 1 else f"{count} places"
+        return f"packets are missing, or pieces were joined, at {places} within: frames there may be damaged or missing"
+    return "it ends within a packet, as a recording that was cut off does" if lacking_bytes(path) else ""
 
 
 def _begins_late(path: Path, start_s: float) -> str:

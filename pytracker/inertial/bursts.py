@@ -8,6 +8,7 @@ import itertools
 import numpy as np
 
 from pytracker.inertial.log import ImuLog
+from pytracker.inertial.whole_seconds import counts_seconds, in_seconds
 from pytracker.rotation import Array
 
 __all__ = ["comes_in_bursts", "evened"]
@@ -24,9 +25,6 @@ MOST_WAIT_S = 1.0
 """No radio waits longer for what it sends at once."""
 PAUSE = 4.0
 """Whoever waits so many times as long pauses."""
-CUT_OFF = 1e-6
-"""Times of arrival are no whole seconds, to within so much."""
-LEAST_KNOWN = 3
 FEW = 20
 """Fewer samples have no rate."""
 
@@ -44,12 +42,15 @@ def comes_in_bursts(log: ImuLog) -> bool:
 def evened(log: ImuLog) -> ImuLog:
     """The log with samples of bursts at an even rate, each as late as it can have been measured, and a word on it.
 
-    Of a clock that counts whole seconds each is as early as it can have been. Between longer pauses each stretch is put
-    back on its own. Where some samples of one were lost, which has no even rate then, all times stay those of arrival.
+    Between longer pauses each stretch is put back on its own. Where some samples of one were lost, which has no even
+    rate then, all times stay those of arrival.
     """
     interval = np.diff(log.time_s)
     if not comes_in_bursts(log) or (interval < 0).any():
         return log
+    if counts_seconds(log.time_s):
+        time_s, kept, words = in_seconds(log.time_s)
+        return dataclasses.replace(log, time_s=time_s, warnings=(*log.warnings, f"{log.path}: {words}")).kept(kept)
     usual, mean = float(np.median(interval)), float(interval.mean())
     words = (
         f"{log.path}: samples come in bursts (usual interval {usual:.6f} s, mean {mean:.6f} s), expected the times at "
@@ -57,11 +58,7 @@ def evened(log: ImuLog) -> ImuLog:
     )
     wait_s = float(np.median(interval[interval > BURSTS * usual]))
     ends = [0, *(np.flatnonzero(interval > PAUSE * wait_s) + 1), len(log.time_s)]
-    is_cut = _is_cut_off(log.time_s)
-    if is_cut:
-        words = f"{log.path}: its times are in whole seconds, expected those at which samples were measured"
-    stretches = [log.time_s[a:b] for a, b in itertools.pairwise(ends)] if wait_s <= MOST_WAIT_S else []
-    put = [_evenly(stretch, wait_s, is_cut=is_cut) for stretch in stretches]
+    put = [_evenly(log.time_s[a:b], wait_s) for a, b in itertools.pairwise(ends)] if wait_s <= MOST_WAIT_S else []
     time_s = np.concatenate([np.empty(0), *(part for part in put if part is not None)])
     even_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     # A sensor that measures now and then, at true times, has its own period within.
@@ -74,23 +71,12 @@ def evened(log: ImuLog) -> ImuLog:
     )
 
 
-def _is_cut_off(time_s: Array) -> bool:
-    """Whether the clock counts in whole seconds, as of dates without a fraction, one by one."""
-    steps = np.diff(time_s)
-    return bool((np.abs(time_s - np.rint(time_s)) < CUT_OFF).all() and steps.max() < 1.0 + CUT_OFF)
-
-
-def _evenly(time_s: Array, wait_s: float, *, is_cut: bool) -> Array | None:
-    """Times at an even rate, none later than it arrived, or earlier than the whole second that its clock says.
-
-    None where some were lost.
-    """
+def _evenly(time_s: Array, wait_s: float) -> Array | None:
+    """Times at an even rate, none later than it arrived; None where some were lost."""
     number = np.arange(len(time_s))
-    # Of a clock that is cut off the first sample of each of its units is the one whose time is known.
-    known = np.flatnonzero(np.diff(time_s) > 0) + 1 if is_cut else number
-    if len(time_s) < FEW or len(known) < LEAST_KNOWN:
+    if len(time_s) < FEW:
         return None
-    slope, start = np.polyfit(known, time_s[known] - time_s[0], 1)
+    slope, start = np.polyfit(number, time_s - time_s[0], 1)
     line = time_s[0] + start + slope * number
-    late = (time_s - line)[known]
-    return None if np.ptp(late) > LATE * wait_s else np.asarray(line + (late.max() if is_cut else late.min()))
+    late = time_s - line
+    return None if np.ptp(late) > LATE * wait_s else np.asarray(line + late.min())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,11 @@ __all__ = ["POINT_FORMATS", "load_points", "uncovered", "uncovered_between"]
 
 SLACK_S = 0.1
 """Truth and video may begin and end this far apart without a word."""
+
+SAME_RATE = 0.03
+"""Frames whose steps are so near those of a rate come at it."""
+ROUNDED = 0.25
+"""The mean of steps that are rounded is so near the usual one, where no frames are missing."""
 
 UP = {"arm": "z", "body": "y"}
 """Which axis is up, by kind of recording."""
@@ -52,6 +58,8 @@ def load_points(
     if file.suffix.lower() not in POINT_FORMATS:
         raise InputError(f"{path}: truth.file is {file.name!r}, expected one of: {', '.join(POINT_FORMATS)}")
     found = POINT_FORMATS[file.suffix.lower()](file)
+    if entry.rate_hz is not None:
+        found = replace(found, time_s=at_rate(found.time_s, entry.rate_hz), rate_hz=entry.rate_hz)
     odd = (*found.warnings, *check_times(file, found))
     unknown = sorted(set(markers) - set(joints))
     if unknown:
@@ -85,8 +93,7 @@ def load_points(
         for joint, count in gaps.items()
         if count
     ]
-    time_s = found.time_s if entry.rate_hz is None else at_rate(found.time_s, entry.rate_hz)
-    return Truth(time_s=time_s + entry.offset_s, joints_m=points, gaps=gaps), [
+    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), [
         *odd,
         *(said for of in filled.values() for said in of),
         *words,
@@ -94,12 +101,19 @@ def load_points(
 
 
 def at_rate(time_s: Array, rate_hz: float) -> Array:
-    """Times `(T,)`, s, of a clock whose frames are said to come at another rate than by itself."""
-    if len(time_s) < 2:
+    """Times `(T,)`, s, of frames that are said to come at a rate; as they are where they come at it.
+
+    Written times are rounded and frames may be missing: an even mean, or the usual step, is that of the rate.
+    """
+    steps = np.diff(time_s)
+    if not len(steps):
         return time_s
-    # Written times are rounded: by one step that is much, over all of them little.
-    span_s = float(time_s[-1] - time_s[0])
-    return np.asarray(time_s * round(span_s / float(np.median(np.diff(time_s)))) / (span_s * rate_hz))
+    usual_s, mean_s = float(np.median(steps)), float(steps.mean())
+    if any(abs(step_s * rate_hz - 1.0) < SAME_RATE for step_s in (usual_s, mean_s, float(np.quantile(steps, 0.1)))):
+        return time_s
+    # Where few frames are missing the mean tells the step, whatever the times are rounded to.
+    step_s = mean_s if abs(mean_s / usual_s - 1.0) < ROUNDED else usual_s
+    return np.asarray(time_s / (step_s * rate_hz))
 
 
 def uncovered(file: Path, truth: Truth, video: Path, start_s: float) -> tuple[str, ...]:
