@@ -121,6 +121,8 @@ def test_csv_truth_as_others_write_it(tmp_path: Path) -> None:
     path = tmp_path / "truth.csv"
     path.write_text('"time_s","wrist_x_m","wrist_y_m","wrist_z_m"\n0,1,2.5,3\n0.1,NA,NA,NA\n')
     assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
+    path.write_text('time_s,"note, free",wrist_x_m,wrist_y_m,wrist_z_m\n0,"a, b",1,2.5,3\n')
+    assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
     path.write_text("time_s;wrist_x_m;wrist_y_m;wrist_z_m\n0;1;2,5;3\n0,1;4;5;6\n")
     assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
     path.write_text("time_s,wrist_x_m,wrist_y_m,wrist_z_m,wrist_x_m\n0,1,2,3,4\n")

@@ -68,7 +68,7 @@ def test_somebody_of_whom_only_hands_were_found_is_left_out(tmp_path: Path) -> N
     is_right(read_keypoints(tmp_path))
 
 
-@pytest.mark.parametrize("name", ["{:05d}_cam2.json", "img_{:04d}_v2_keypoints.json"])
+@pytest.mark.parametrize("name", ["{:05d}_cam2.json", "img_{:04d}_v2_keypoints.json", "007_frame{:05d}.json"])
 def test_frames_are_what_counts_in_the_files_names(name: str, tmp_path: Path) -> None:
     for k in range(3):
         text = json.dumps({"people": [{"pose_keypoints_2d": person("body_25")}]})
@@ -84,6 +84,21 @@ def test_shares_of_the_picture_are_told_in_json_too(tmp_path: Path) -> None:
         text = json.dumps({"people": [{"pose_keypoints_2d": shares.ravel().tolist()}]})
         (tmp_path / f"c_{k}_keypoints.json").write_text(text, "utf-8")
     assert read_keypoints(tmp_path).is_share
+
+
+def alphapose(path: Path, images: list[str]) -> Path:
+    flat = [value for xyc in np.array(person("coco_17")).reshape(-1, 3).tolist() for value in xyc]
+    path.write_text(json.dumps([{"image_id": image, "keypoints": flat, "score": 2.0} for image in images]), "utf-8")
+    return path
+
+
+def test_names_of_pictures_in_one_file_are_numbered_as_those_of_a_folder(tmp_path: Path) -> None:
+    """All frames but one were lost: each was frame 2."""
+    path = alphapose(tmp_path / "alphapose.json", [f"frame_{k:06d}_cam2.jpg" for k in range(3)])
+    assert read_keypoints(path).frames.tolist() == [0, 1, 2]
+    path = alphapose(path, ["a/000000.jpg", "b/000000.jpg"])
+    with pytest.raises(pt.InputError, match=r"'a/000000.jpg' and 'b/000000.jpg' are both of frame 0, .* another clip"):
+        read_keypoints(path)
 
 
 def mmpose(path: Path, model: list[str], *, about: bool) -> Path:

@@ -147,6 +147,17 @@ def test_what_is_no_trc_is_refused_by_line(tmp_path: Path, text: str, expected: 
         read_trc(path)
 
 
+def test_a_label_that_stands_twice_names_neither(tmp_path: Path) -> None:
+    """The last one was taken: a wrist 4 cm beside, unsaid."""
+    written = ezc3d.c3d()
+    written["parameters"]["POINT"]["UNITS"]["value"] = ["m"]
+    written["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    written["parameters"]["POINT"]["LABELS"]["value"] = ["elbow", "wrist", "wrist"]
+    written["data"]["points"] = np.ones((4, 3, 5))
+    written.write(str(tmp_path / "a.c3d"))
+    assert list(read_c3d(tmp_path / "a.c3d").positions_m) == ["elbow", "wrist (1 of 2)", "wrist (2 of 2)"]
+
+
 def test_what_is_no_c3d_is_refused(tmp_path: Path) -> None:
     (tmp_path / "a.c3d").write_bytes(b"\x02\x50" + bytes(600))
     with pytest.raises(pt.InputError, match=r"a.c3d: (is not a C3D|has units)"):

@@ -46,8 +46,16 @@ def read_c3d(path: Path | str) -> Markers:
     names = [str(label).strip() for label in labels[: points.shape[1]]]
     # `Subject:Marker` is the marker, where there is one subject.
     short = [name.rsplit(":", 1)[-1] for name in names]
-    names = short if len(set(short)) == len(short) else names
+    names = _numbered(short if len(set(short)) == len(short) else names)
     placed = [np.where(seen[k][:, None], points[:3, k].T * UNITS_M[unit], np.nan) for k in range(len(names))]
     positions = {name: without_fillers(rows) for name, rows in zip(names, placed, strict=True)}
     words = f"{path}: its first frame is number {began + 1} of what was recorded: times are counted from it on"
     return Markers(np.arange(points.shape[2]) / rate_hz, positions, rate_hz, (words,) if began > 0 else ())
+
+
+def _numbered(names: list[str]) -> list[str]:
+    """The same, those that stand more than once told apart: `wrist (1 of 2)`, so that none is taken for the other."""
+    return [
+        name if names.count(name) == 1 else f"{name} ({names[:k].count(name) + 1} of {names.count(name)})"
+        for k, name in enumerate(names)
+    ]

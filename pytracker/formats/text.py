@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 
-__all__ = ["Table", "delimited", "number", "parse_table", "points_for_commas", "read_lines"]
+__all__ = ["Table", "cells_of", "delimited", "number", "parse_table", "points_for_commas", "read_lines"]
 
 Float = NDArray[np.float64]
 
@@ -51,6 +51,14 @@ def delimited(lines: list[str], first: int = 0) -> tuple[str, list[str]]:
     """
     delimiter = max(",;\t", key=lines[first].count)
     return delimiter, lines if delimiter == "," else points_for_commas(lines, first + 1)
+
+
+def cells_of(line: str, delimiter: str = ",") -> list[str]:
+    """The cells of a line, of which quoted ones may hold delimiters."""
+    try:
+        return next(csv.reader([line], delimiter=delimiter)) if '"' in line else line.split(delimiter)
+    except csv.Error:  # such as a cell of more than 131 072 characters
+        return line.split(delimiter)
 
 
 def points_for_commas(lines: list[str], first: int) -> list[str]:
@@ -130,10 +138,7 @@ def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:
 
     Where spaces delimit and empty cells have run together, the missing ones are taken to stand after the first.
     """
-    try:
-        cells = next(csv.reader([line], delimiter=delimiter)) if '"' in line else line.split(delimiter)
-    except csv.Error:  # such as a cell of more than 131 072 characters
-        cells = line.split(delimiter)
+    cells = cells_of(line, delimiter)
     if len(cells) == expected + 1 and not cells[-1].strip():
         cells = cells[:-1]
     if delimiter == " " and len(cells) != expected:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.markers import Markers, without_fillers
-from pytracker.formats.text import delimited, parse_table, read_lines
+from pytracker.formats.text import cells_of, delimited, parse_table, read_lines
 
 __all__ = ["read_truth_csv"]
 
@@ -20,7 +20,7 @@ def read_truth_csv(path: Path | str) -> Markers:
     """Read it. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
     delimiter, lines = delimited(read_lines(path))
-    names = [name.strip().strip('"').strip() for name in lines[0].split(delimiter)]
+    names = [name.strip().strip('"').strip() for name in cells_of(lines[0], delimiter)]
     joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
     wanted = {"time_s", *(f"{joint}_{axis}_m" for joint in joints for axis in "xyz")}
     missing = sorted(wanted - set(names))

@@ -19,6 +19,8 @@ MOST_TANGENTIAL = 0.03
 """Lenses are set askew by a third of this at the most."""
 WIDEST = 3.0
 """Tangent of the widest angle from its axis at which a pinhole is looked at."""
+FOLDS = 0.8
+"""So much of the way to the edge, at least, a distortion must go on outwards."""
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -77,8 +79,9 @@ class Camera:
         seen = np.maximum.accumulate(out := self._distorted(x, y)[0])
         widest = max(cx / fx, cy / fy, (size_px[0] - cx) / fx, (size_px[1] - cy) / fy)
         folds = int(np.argmax(out < seen)) if np.any(out < seen) else len(out) - 1
-        if seen[folds] >= min(widest, WIDEST):
+        if seen[folds] >= min(FOLDS * widest, WIDEST):
             return []
+        # Wide lenses are calibrated by what is seen well inside their pictures.
         return [
             f"distortion folds the picture over {seen[folds] * fx:.0f} px from its middle, expected beyond its edge at "
             f"{widest * fx:.0f} px: are k1, k2, p1, p2, k3 in this order, and OpenCV's?"

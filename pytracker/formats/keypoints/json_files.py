@@ -61,7 +61,7 @@ def read_json(path: Path, model: str) -> Keypoints:
     files: dict[str, int] = {}
     named: tuple[str, ...] = ()
     if isinstance(data, dict):
-        files = _files(data.get("images"))
+        files = _once(path, _files(data.get("images")))
         kinds = data.get("categories")
         of_kind = [kind.get("keypoints") for kind in kinds if isinstance(kind, dict)] if isinstance(kinds, list) else []
         named = _names(of_kind[0], model) if of_kind else ()
@@ -71,8 +71,9 @@ def read_json(path: Path, model: str) -> Keypoints:
     for one in data:
         if not isinstance(one, dict) or "image_id" not in one:
             raise InputError(f"{path}: an entry has no image_id, expected one and keypoints")
-        frame = files.get(str(one["image_id"])[:200], one["image_id"])
-        people = rows.setdefault(_whole(path, frame), [])
+    numbers = _numbers(path, {_id(one): one["image_id"] for one in data if _id(one) not in files}) | files
+    for one in data:
+        people = rows.setdefault(numbers[_id(one)], [])
         if one.get("keypoints") or "bbox" not in one:  # else a box, and nothing in it
             people.append(_flat(path, one.get("keypoints")))
     return _ordered(path, rows, model, named)
@@ -124,6 +125,30 @@ def _records(path: Path, frame: Any, key: str) -> list[Any]:
     if not usable or not isinstance(found, list):
         raise InputError(f"{path}: a frame has no {key} with keypoints and as many keypoint_scores, expected MMPose's")
     return found
+
+
+def _id(one: dict[str, Any]) -> str:
+    return str(one["image_id"])[:200]
+
+
+def _numbers(path: Path, images: dict[str, Any]) -> dict[str, int]:
+    """Frames of the pictures of these ids, of which some say more than a number. Raises `InputError`."""
+    found = {}
+    for (name, said), number in zip(images.items(), numbers_of(list(images)), strict=True):
+        found[name] = _whole(path, said if number is None or not isinstance(said, str) else number)
+    return _once(path, found)
+
+
+def _once(path: Path, frames: dict[str, int]) -> dict[str, int]:
+    """The same. Raises `InputError` for two pictures of one frame."""
+    names: dict[int, str] = {}
+    for name, frame in frames.items():
+        if names.setdefault(frame, name) != name:
+            raise InputError(
+                f"{path}: pictures {names[frame][:80]!r} and {name[:80]!r} are both of frame {frame}, expected one a "
+                "frame: is one of another clip?"
+            )
+    return frames
 
 
 def _whole(path: Path, value: Any) -> int:

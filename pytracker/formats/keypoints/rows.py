@@ -23,6 +23,8 @@ FRAME = re.compile(
 """A column that counts frames."""
 PICTURE = re.compile(r"\.(png|jpe?g|bmp|tiff?|webp)$", re.IGNORECASE)
 """What names one does too."""
+NAMED_FRAME = re.compile(r"frame[ _#-]*(\d+)", re.IGNORECASE)
+"""What says which it is itself."""
 SIZE = re.compile(r"\d+\s*[xX]\s*\d+")
 """How large it is."""
 APPENDED = re.compile(r"(\.mp4)?\.rf\.[0-9a-z]+(?=\.)", re.IGNORECASE)
@@ -103,8 +105,11 @@ def numbers_of(names: Sequence[str]) -> list[int | None]:
     """The number in names of pictures, in any order, that is another in each of them; else the last; None of none.
 
     Of several numbers that which goes in the smallest steps. Names may say a picture's size, its time, and what a tool
-    appends.
+    appends. What stands behind "frame" is the frame's, where it is another in each.
     """
+    called = [NAMED_FRAME.findall(name) for name in names]
+    if len(names) > 1 and all(called) and len({found[-1] for found in called}) == len(names):
+        return [int(found[-1]) for found in called]
     runs = [re.findall(r"\d+", PICTURE.sub("", APPENDED.sub("", SIZE.sub("", name)))) for name in names]
     steps: dict[int, float] = {}
     for k in range(min(map(len, runs), default=0)):

@@ -13,7 +13,7 @@ from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints.log import Keypoints, are_shares, in_range, ours, require_seen
 from pytracker.formats.keypoints.models import name_of
 from pytracker.formats.keypoints.rows import rows_of
-from pytracker.formats.text import delimited, number, read_lines
+from pytracker.formats.text import cells_of, delimited, number, read_lines
 from pytracker.formats.trc import read_trc_pixels
 from pytracker.rotation import Array
 
@@ -73,14 +73,14 @@ def _column(cell: str) -> tuple[str, str] | None:
 
 
 def with_commas(lines: list[str]) -> list[str]:
-    """The same, with commas between the cells, where semicolons or tabs part them."""
+    """The same, with commas between the cells, where semicolons or tabs part them; those within a cell are gone."""
     delimiter, lines = delimited(lines)
-    return lines if delimiter == "," else [line.replace(delimiter, ",") for line in lines]
+    return lines if delimiter == "," else [line.replace(",", " ").replace(delimiter, ",") for line in lines]
 
 
 def split(line: str) -> list[str]:
-    """Its cells."""
-    return [cell.strip().strip('"').strip() for cell in line.split(",")]
+    """Its cells, of which quoted ones may hold commas."""
+    return [cell.strip().strip('"').strip() for cell in cells_of(line)]
 
 
 def rows_below(path: Path, lines: list[str], first: int, columns: int) -> dict[int, list[str]]:
