@@ -58,9 +58,10 @@ def senses_of(recording: BodyRecording) -> Senses:
     times = times_smaller(float(view.camera.px_per_m(joints["root"])[0]), first)
     camera = view.camera.of_smaller(times)
     background = median_background(smaller_frames(frames(view.background or view.video), times))
+    px_per_m, head = float(camera.px_per_m(joints["root"])[0]), camera.project(joints["head"])[0]
+    # Of a median, before the person is taken out: of a head that stands still the hair would be taken for its face.
+    gains = gains_of_face(smaller(first, times), background, head, px_per_m)
     if view.background is None:
         starts, ends, _ = recording.skeleton.core.pose(np.ascontiguousarray(recording.initial[None]))
         background = without_person(background, smaller(first, times), camera, np.stack([starts[0], ends[0]], axis=1))
-    px_per_m, head = float(camera.px_per_m(joints["root"])[0]), camera.project(joints["head"])[0]
-    parameters = SilhouetteParameters(gains=gains_of_face(smaller(first, times), background, head, px_per_m))
-    return Senses(recording, Silhouette(background, px_per_m, parameters), times)
+    return Senses(recording, Silhouette(background, px_per_m, SilhouetteParameters(gains=gains)), times)
