@@ -47,7 +47,7 @@ def table_of(outcomes: Sequence[Outcome], out: Path) -> str:
     for one in outcomes:
         error = "" if one.error_m is None else f"{one.error_m:.4f}"
         cells = one.result, one.failed, one.frames, f"{one.valid:.4f}", error, BETWEEN.join(one.said)
-        writer.writerow([_plain(one.recording.name), *cells, _plain(_seen_from(out, one.recording))])
+        writer.writerow([_plain(one.recording.resolve().name), *cells, _plain(_seen_from(out, one.recording))])
     return text.getvalue()
 
 
@@ -81,4 +81,4 @@ def _seen_from(out: Path, folder: Path) -> str:
 
 def _plain(cell: str) -> str:
     """A cell that begins like a formula is none."""
-    return cell if cell[:1] not in "=+-@" else f"'{cell}"
+    return f"'{cell}" if cell.startswith(("=", "+", "-", "@")) else cell

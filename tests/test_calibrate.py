@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 import pytracker as pt
 from pytracker.cli.entry import app
 from pytracker.evidence.boards import Board, BoardKind, find_corners
+from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video import Image, VideoWriter
 from pytracker.report.board import write_board
 from pytracker.rotation import Array
@@ -124,3 +125,11 @@ def test_from_a_board_and_points_to_a_file_that_init_takes(tmp_path: Path) -> No
     assert out.read_text().count("rotation = ") == 1
     path = pt.setup.init(tmp_path / "recording", video=video, camera=out)
     assert "rotation = [[" in path.read_text()
+    by_hand = out.read_text().replace("rotation = [[", "rotation = [\n[") + '\n[arm]\nside = "left"\n'
+    out.write_text(by_hand)
+    assert run.invoke(app, ["calibrate", "pose", str(points), str(out)]).exit_code == 0
+    assert parse_toml(out)["arm"] == {"side": "left"}
+    points.write_text(points.read_text().replace(rows[4], rows[4].split(",", 3)[0] + ",0.1,0.3,9,400"))
+    whole = out.read_text()
+    assert "is one of them mistaken?" in str(run.invoke(app, ["calibrate", "pose", str(points), str(out)]).exception)
+    assert out.read_text() == whole

@@ -179,6 +179,20 @@ def test_nothing_branches_on_the_kind() -> None:
     assert not {path: asked for path, asked in found.items() if asked}
 
 
+LATER_THAN_3_10 = {
+    "typing": "Self Never LiteralString Required NotRequired Unpack TypeVarTuple override assert_never assert_type",
+    "enum": "StrEnum ReprEnum", "datetime": "UTC", "itertools": "batched", "contextlib": "chdir", "tomllib": "loads",
+}  # fmt: skip
+
+
+def test_nothing_is_imported_that_the_oldest_python_lacks() -> None:
+    """`from typing import Self` failed on 3.10, where nobody ran it."""
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.ImportFrom) and node.module in LATER_THAN_3_10:
+                assert not {name.name for name in node.names} & set(LATER_THAN_3_10[node.module].split()), path
+
+
 def test_the_face_is_small() -> None:
     assert len(pt.__all__) <= 45
 

@@ -14,7 +14,7 @@ from pytracker.cli.options import Force, Quiet, check_new, say
 from pytracker.cli.terminal import frames_bar
 from pytracker.evidence.boards import Board, BoardKind
 from pytracker.formats.calibration import read_calibration, size_of
-from pytracker.formats.calibration_write import calibration_text
+from pytracker.formats.calibration_write import calibration_text, with_pose
 from pytracker.formats.points import read_points
 from pytracker.formats.toml_file import parse_toml
 from pytracker.output import write_whole
@@ -120,18 +120,13 @@ def pose(
     matrix, distortion = np.array(data["matrix"], dtype=float), np.array(data.get("distortion", [0.0] * 5), dtype=float)
     world, pixels = read_points(points)
     found = find_pose(matrix, distortion, world, pixels)
-    kept = [line for line in known.read_text("utf-8").splitlines() if line.split("=")[0].strip() not in POSE_KEYS]
-    kept += [
-        f"rotation = {np.round(found.rotation, 9).tolist()}",
-        f"translation_m = {np.round(found.translation_m, 6).tolist()}",
-    ]
-    write_whole(known, "\n".join(kept) + "\n")
     at = -found.rotation.T @ found.translation_m
     say(f"the camera is at ({at[0]:.3f}, {at[1]:.3f}, {at[2]:.3f}) m; points fit to {found.rms_px:.2f} px", quiet)
     if found.rms_px > FEW_PX:
         raise pt.InputError(
             f"{points}: the points fit to {found.rms_px:.1f} px only, expected {FEW_PX:g}: is one of them mistaken?"
         )
+    write_whole(known, with_pose(known, found.rotation, found.translation_m))
     print(f"wrote rotation and translation_m into {known}")
 
 

@@ -13,9 +13,9 @@ import pytracker as pt
 __all__ = ["Folder", "Force", "NoReport", "Out", "Quiet", "Seed", "Settings", "check_new", "say", "warn"]
 
 Folder = Annotated[Path, typer.Argument(help="Recording folder (holds recording.toml).")]
-Out = Annotated[Path, typer.Option(help="Folder to write; must not exist.")]
+Out = Annotated[Path, typer.Option(help="Folder to write; one that exists needs --force.")]
 Seed = Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Seed of the random streams.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace an existing output folder.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace what is there.")]
 Quiet = Annotated[bool, typer.Option("--quiet", help="No progress, no tables.")]
 NoReport = Annotated[bool, typer.Option("--no-report", help="Tables only: no page, figures or overlay.")]
 

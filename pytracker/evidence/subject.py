@@ -31,9 +31,10 @@ SLACK_M = 0.12
 SPEED_M_S, MOST_M = 4.0, 1.0
 """Nobody moves on faster, and who is gone for long is looked for no farther off."""
 START_M = 0.5
-"""So rough a first pose is at most, usually;"""
+"""A first pose is usually off by no more, m."""
 FEW = 0.2
-"""where nobody is found by it in more than this share of the rows with anybody, it is rougher."""
+"""Where it finds the person in a smaller share of the rows that show anybody, whoever is nearest to it in the first is
+taken."""
 RECENT = 4
 """Where somebody was so many frames ago he may be again: a detector leaps aside in between."""
 GOES_ON_S, NEWS = 0.3, 0.15

@@ -15,7 +15,7 @@ import tomlkit
 from pytracker._core import InputError
 from pytracker.rotation import Array, matrix_to_quaternion, quaternion_to_rotation_vector
 
-__all__ = ["calibration_text"]
+__all__ = ["calibration_text", "with_pose"]
 
 YAML = (".yml", ".yaml")
 
@@ -50,6 +50,14 @@ def calibration_text(path: Path, camera: Mapping[str, Any], size_px: tuple[int, 
         q = matrix_to_quaternion(rotation[None])
         table |= {"rotation": quaternion_to_rotation_vector(q)[0].tolist(), "translation": translation.tolist()}
     return tomlkit.dumps({name: table | {"fisheye": False}})
+
+
+def with_pose(path: Path, rotation: Array, translation_m: Array) -> str:
+    """The TOML file of one of our cameras, with where it stands; all else in it stays as it is."""
+    document = tomlkit.parse(path.read_text("utf-8-sig"))
+    document["rotation"] = np.round(rotation, 9).tolist()
+    document["translation_m"] = np.round(translation_m, 6).tolist()
+    return tomlkit.dumps(document)
 
 
 def _numbers(camera: Mapping[str, Any], key: str, shape: tuple[int, ...]) -> Array:

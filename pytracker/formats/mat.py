@@ -91,17 +91,7 @@ def _arrays(path: Path) -> dict[str, Array]:
         found = loadmat(path)
     except NotImplementedError:  # SciPy's word for version 7.3, which is HDF5
         raise InputError(f"{path}: is a MATLAB 7.3 file, expected version 5 to 7: save it with -v7") from None
-    except (
-        OSError,
-        ValueError,
-        TypeError,
-        KeyError,
-        IndexError,
-        OverflowError,
-        MemoryError,
-        zlib.error,
-        MatReadError,
-    ) as error:
+    except (*UNREADABLE, MatReadError) as error:
         raise InputError(f"{path}: is no MATLAB file that can be read: {str(error)[:200]}") from None
     numbers = {name: of for name, of in found.items() if isinstance(of, np.ndarray) and of.dtype.kind in "fiub"}
     measured = {name for names in NAMES.values() for name in names} | {*TIMES, *RATES}

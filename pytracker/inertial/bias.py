@@ -16,8 +16,9 @@ __all__ = ["BY_GRAVITY", "bias_at_rest", "bias_by_gravity"]
 Float = NDArray[np.float64]
 
 LIES_STILL = 0.02
+"""Standard deviation of a gyroscope that lies still, at most, rad/s."""
 TIMES_NOISE = 2.0
-"""Lying still, real sensors vary by 0.8 to 1.3 times their noise, circling evenly by 5 to 8 times; and rad/s."""
+"""Or so many times its noise: real ones at rest have 0.8 to 1.3, circling evenly 5 to 8."""
 MOST_ALIKE = 0.8
 """Of such stretches so many must read the same, but for `LIES_STILL`."""
 WINDOW_S = 4.0

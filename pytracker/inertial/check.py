@@ -19,10 +19,13 @@ from pytracker.inertial.saturation import saturates
 __all__ = ["check"]
 
 RATE_TOLERANCE = 0.05
+"""A stated rate agrees with the times to this share."""
 GAP_INTERVALS = 1.5
-SLOWEST_S = 0.2
-FASTEST_S = 5e-5
+"""An interval that is longer than so many usual ones is a gap."""
+SLOWEST_S, FASTEST_S = 0.2, 5e-5
+"""No sensor's samples are farther apart, or nearer on average, s."""
 JUMP_S = 600.0
+"""No recording has a longer gap, s."""
 
 
 def check(log: ImuLog) -> ImuLog:

@@ -6,11 +6,13 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, TypeVar
 
 from pytracker._core import InputError
 
 __all__ = ["Method"]
+
+OfMethod = TypeVar("OfMethod", bound="Method")
 
 
 def _unlike(value: Any, default: Any) -> str:
@@ -94,7 +96,7 @@ class Method:
         """Every parameter by name."""
         return dataclasses.asdict(self)
 
-    def known_by(self, spreads: Mapping[str, float]) -> Self:
+    def known_by(self: OfMethod, spreads: Mapping[str, float]) -> OfMethod:
         """The same, with how well things are known where a recording says so; of others it says nothing here."""
         names = {field.name for field in dataclasses.fields(self)}
         return dataclasses.replace(self, **{name: sd for name, sd in spreads.items() if name in names})

@@ -40,10 +40,10 @@ LEAST_PX = 0.5
 """No detector is better."""
 WRIST_KEYPOINT_M = 0.012
 """From frame to frame a detector's wrist is off by as much across the picture."""
+WRIST_KEYPOINT = {"patch_offset_start_sd_m": 0.02}
+"""Its constant error, m."""
 PART_S = 0.5
 """Cameras may begin and end so far apart without a word."""
-WRIST_KEYPOINT = {"patch_offset_start_sd_m": 0.02}
-"""And by this for good."""
 
 
 def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:

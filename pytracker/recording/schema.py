@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from pytracker._core import InputError
+from pytracker.formats.imu.read import ImuFormat
 from pytracker.formats.toml_file import Entry, FileName, Finite, Length, Positive, Whole, read_toml, validated
 from pytracker.inertial.conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order
 
@@ -71,7 +72,7 @@ class ImuEntry(Entry):
 
     file: FileName
     orientation_file: FileName | None = None
-    format: Literal["auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone", "x-imu3"] = "auto"
+    format: ImuFormat = "auto"
     columns: dict[ImuColumn, str] = Field(default_factory=dict)
     rate_hz: Positive | None = None
     segment: str | None = None

@@ -20,7 +20,7 @@ LISTS = ("camera", "imu")
 
 
 class Draft:
-    """The file of `folder`, or an empty one. Raises `InputError` where it is no TOML."""
+    """The file of `folder`. Raises `InputError` where it is missing, or no TOML."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder

@@ -27,8 +27,8 @@ LATE_NEARER_M = 0.002
 """Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
 3 to 13."""
 FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
-"""Where a detector takes left for right, or one for another, in a few frames, no word is lost; left for right in most,
-more than the detector is wrong."""
+"""Exchanges of left and right, or of people, in no more than the first share of the frames are not told; beyond the
+second it is the recording that is suspected, not the detector."""
 
 FACE = 0.45
 """So much of a head is skin, in the median frame, where its face is seen: of seven clips of two people 0.48 to 1."""

@@ -34,7 +34,7 @@ def of_pauses(track: Track) -> tuple[str, ...]:
 
 
 def of_hanging(track: ArmTrack) -> tuple[str, ...]:
-    """A sentence a camera whose picture hung while the sensor moved: what was not seen there is not used."""
+    """A sentence for each camera whose picture hung while the sensor moved: what was not seen there is not used."""
     found: list[str] = []
     for number, patch in enumerate(track.sightings.tracks):
         hung = [words == HANGS for words in patch.reason]

@@ -28,9 +28,9 @@ TRACKERS: Mapping[str, Callable[..., ArmTrack | BodyTrack]] = {"arm": track_arm,
 def default_method(recording: Recording) -> Method:
     """The best for a recording that is there as a whole.
 
-    All are smoothed, but for a body whose picture shows arms that its keypoints leave out: smoothed is where a detector
-    saw somebody.
-    Where keypoints show that the person comes nearer or goes farther off, the distance is tracked too.
+    All are smoothed, but for a body whose picture shows arms that its keypoints leave out: smoothing needs the joints
+    that a detector saw. Where keypoints show that the person comes nearer or goes farther off, the distance is tracked
+    too.
     """
     raise NotImplementedError(f"a method for a {type(recording).__name__}")
 

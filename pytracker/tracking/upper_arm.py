@@ -7,6 +7,7 @@ import numpy as np
 from pytracker.methods.arm import Mixture
 from pytracker.rotation import Array, rotate
 from pytracker.tracking.arm import ArmTrack
+from pytracker.tracking.tracks import where_of
 
 __all__ = ["of_upper_arm"]
 
@@ -22,18 +23,19 @@ def of_upper_arm(track: ArmTrack) -> tuple[str, ...]:
     recording = track.recording
     if not isinstance(track.method, Mixture):
         there = [*recording.landmarks, *(["the upper arm's sensor"] if recording.has_upper_arm else [])]
-        words = f"{', '.join(there)} of the recording: {track.method.name} does not use it, expected mixture or smooth"
-        return (words,) if there else ()
+        words = f"there is {' and '.join(there)}, which {track.method.name} does not use; mixture and smooth do"
+        return (f"{where_of(recording)}: {words}",) if there else ()
     if not recording.has_upper_arm:
         return ()
     off_deg = angles_deg(track)
     off_deg = off_deg[np.isfinite(off_deg)]
     if not len(off_deg) or np.median(off_deg) <= MOST_OFF_DEG:
         return ()
-    return (
+    words = (
         f"the upper arm's sensor points {np.median(off_deg):.0f}° beside where the track has the upper arm (median), "
-        f"expected at most {MOST_OFF_DEG:.0f}°: check heading_deg, mount and offset_s of imu[1], and shoulder_m",
+        f"expected at most {MOST_OFF_DEG:.0f}°: check heading_deg, mount and offset_s of imu[1], and shoulder_m"
     )
+    return (f"{where_of(recording)}: {words}",)
 
 
 def angles_deg(track: ArmTrack) -> Array:

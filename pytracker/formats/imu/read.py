@@ -8,6 +8,7 @@
 | mat | MATLAB, such as BROAD's | `mat` |
 | mvnx | Xsens MVN's suit, the sensor of one segment | `mvnx` |
 | apdm | APDM's HDF5, the sensor of one segment | `apdm` |
+| x-imu3 | x-io's x-IMU3: a folder with a CSV a kind of message | `ximu3` |
 | phone | a phone's or a watch's: a folder with a CSV a sensor, or Core Motion in one | `phone` |
 """
 
@@ -17,6 +18,7 @@ import dataclasses
 import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Literal, get_args
 
 from pytracker._core import InputError
 from pytracker.formats.imu import mt9_log, mt_manager, table
@@ -28,11 +30,12 @@ from pytracker.formats.mat import is_mat, read_mat_imu
 from pytracker.formats.text import read_lines
 from pytracker.inertial.log import ImuLog
 
-__all__ = ["FORMATS", "files_of_imu", "holds_several", "read_imu"]
+__all__ = ["FORMATS", "ImuFormat", "files_of_imu", "holds_several", "read_imu"]
 
 WITHOUT_LINES: Mapping[str, Callable[[Path], bool]] = {"mvnx": is_mvnx, "mat": is_mat, "apdm": is_hdf5}
 """What is told otherwise than by its lines, and how."""
-FORMATS = ("auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone", "x-imu3")
+ImuFormat = Literal["auto", "csv", "mt-manager", "mt9-log", "mat", "mvnx", "apdm", "phone", "x-imu3"]
+FORMATS: tuple[str, ...] = get_args(ImuFormat)
 
 
 def read_imu(
