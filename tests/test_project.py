@@ -179,6 +179,18 @@ def test_nothing_branches_on_the_kind() -> None:
     assert not {path: asked for path, asked in found.items() if asked}
 
 
+@pytest.mark.parametrize("room", [path.parent for path in sorted(PACKAGE.glob("*/__init__.py"))], ids=lambda p: p.name)
+def test_the_map_of_a_room_names_what_is_in_it(room: Path) -> None:
+    """Where its first lines have a table of files: all of them, and no others."""
+    text = ast.get_docstring(ast.parse((room / "__init__.py").read_text("utf-8"))) or ""
+    if "| file | what |" in text:
+        named = set(re.findall(r"`(\w+)`", text))
+        assert {path.stem for path in room.glob("*.py")} - {"__init__"} <= named
+        rows = [row.split(" | ")[0] for row in text.splitlines() if row.startswith("| `")]
+        first = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+        assert first <= {path.stem for path in room.iterdir()}
+
+
 LATER_THAN_3_10 = {
     "typing": "Self Never LiteralString Required NotRequired Unpack TypeVarTuple override assert_never assert_type",
     "enum": "StrEnum ReprEnum", "datetime": "UTC", "itertools": "batched", "contextlib": "chdir", "tomllib": "loads",

@@ -5,11 +5,15 @@
 | `patch_colour`, `camshift`, `sightings` | an arm's colour patch in a frame, in one video, in all of them |
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
 | `silhouette`, `skin`, `thresholds`, `smaller` | a body's foreground, edges and skin, in pictures as large as need be |
+| `background`, `complexion` | the scene without the person; what the light does to skin |
 | `keypoints`, `senses` | a detector's points; all that is seen of a frame |
+| `detector`, `person` | a detector of our own; who is largest in a frame |
 | `observations`, `ahead` | what a tracker takes, streamed in order of time; one frame ahead |
-| `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |
-| `borne_out`, `ambiguity`, `points_borne_out`, `trunk`, `stature` | whether pictures, skin, keypoints bear a pose out |
-| `coloured`, `boards` | coloured things that move; calibration boards |
+| `subject`, `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |
+| `lag`, `clocks`, `hanging` | whether a patch moves as the sensor does: later, slower, or not at all |
+| `borne_out`, `points_borne_out`, `ambiguity` | whether pictures, skin and keypoints bear a pose out |
+| `trunk`, `stature`, `facing` | whether who is seen is as large, as tall, and turned as is tracked |
+| `coloured`, `boards`, `grid` | coloured things that move; calibration boards; a grid of pixels |
 """
 
 from __future__ import annotations

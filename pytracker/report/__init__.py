@@ -1,6 +1,6 @@
 """What a run leaves behind: `write_report` makes a folder of CSV, JSON, figures, overlay video and one HTML page.
 
-| file | what |
+| in the folder | what |
 |---|---|
 | `track.csv` (`track-<n>-<method>.csv` where there are several) | one row a frame, see `tables` |
 | `metadata.json` | version, methods with every parameter, seeds, files with hashes, machine, run time |

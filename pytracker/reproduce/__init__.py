@@ -5,12 +5,13 @@ What the papers filmed is simulated, every run is a run of a study (`out/study`,
 
 | file | what |
 |---|---|
-| `tao_hu.py`, `li_kulic.py` | what is run |
-| `..._page.py` | the page: summary, what differs in kind, the order of its sections |
-| `..._tables.py`, `..._curves.py` | sections that are averaged from the study's table |
-| `..._pictures.py` | sections that show single runs |
-| `printed.py` | the papers' numbers |
-| `words.py` | numbers and comparisons in words |
+| `tao_hu`, `li_kulic` | what is run |
+| `tao_hu_page`, `li_kulic_page` | the page: summary, what differs in kind, the order of its sections |
+| `tao_hu_tables`, `li_kulic_curves` | sections that are averaged from the study's table |
+| `tao_hu_pictures`, `li_kulic_pictures` | sections that show single runs |
+| `printed` | the papers' numbers |
+| `words`, `endings` | numbers and comparisons in words; runs that did not end well |
+| `reproduce` | all of it |
 """
 
 from __future__ import annotations

@@ -3,6 +3,8 @@
 | file | what |
 |---|---|
 | `begin` | `init`: a first recording.toml from the files that there are |
+| `known`, `subject_entry`, `truth_entry` | what it says of camera and arm, of the subject, and of the truth |
+| `upright` | which axis is up in a calibration's world |
 | `draft` | recording.toml while it is incomplete |
 | `check` | `check`: everything looked at; `check_camera`, `check_imu`, `check_worn`, `check_body`: its parts |
 | `findings` | a line |
@@ -13,7 +15,6 @@
 | `frame` | one frame with a grid |
 | `calibrate` | a camera from a video of a board; its pose from points |
 | `conventions` | units, quaternion and earth frame, from an IMU's numbers alone |
-| `lag` | two clocks, from the movement alone |
 | `worn` | clock, heading and the axis along the forearm, from all that is known |
 """
 

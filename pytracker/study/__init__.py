@@ -2,14 +2,14 @@
 
 | file | what |
 |---|---|
-| `plan.py` | what is to be run: `Study`, and its runs with their keys |
-| `file.py` | a study from a TOML file |
-| `execute.py` | one run: recording, track, scores, a row a joint |
-| `fingerprint.py` | what computes the numbers: another build runs everything again |
-| `schedule.py` | many runs: on threads, on Dask |
-| `store.py` | what is done, on disk; the table |
-| `page.py` | the page: errors, bands, what is said |
-| `study.py` | all of it |
+| `plan` | what is to be run: `Study`, and its runs with their keys |
+| `file` | a study from a TOML file |
+| `execute` | one run: recording, track, scores, a row a joint |
+| `fingerprint` | what computes the numbers: another build runs everything again |
+| `schedule` | many runs: on threads, on Dask |
+| `store` | what is done, on disk; the table |
+| `page` | the page: errors, bands, what is said |
+| `study` | all of it |
 """
 
 from __future__ import annotations

@@ -2,12 +2,14 @@
 
 | file | what |
 |---|---|
-| `track` | any recording by any method: `arm`, `body` by its kind |
+| `track` | any recording by any method: `arm`, `body` by its kind; `fits`: whether it can |
 | `follow` | the loop from observations to a track |
 | `tracks` | what every track holds |
 | `cycle` | one cycle of a particle filter, to be looked at |
 | `doubts`, `body_doubts` | what a recording says against its own description, of an arm's tried by `suspects` |
-| `upper_arm`, `body_sensors` | whether sensors point where an arm is |
+| `upper_arm`, `body_sensors`, `swivel` | whether sensors point where an arm is, and elbows hang |
+| `clocks`, `pauses` | whether clocks go together, and frames are missing |
+| `patch_place`, `camera_place` | whether patch and camera are where they are said to be |
 | `found` | what a smoothed recording says of what was measured once |
 """
 
