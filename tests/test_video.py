@@ -14,6 +14,7 @@ import pytest
 import pytracker as pt
 from pytracker.formats import video
 from pytracker.formats.container import AviFrames, frames_of_avi, missing_bytes
+from pytracker.formats.transport import span_of_transport
 from pytracker.formats.video_oddities import video_oddities
 
 
@@ -159,6 +160,22 @@ def test_a_hole_in_a_transport_stream_is_told(before: int, tmp_path: Path) -> No
     assert "packets are missing, or pieces were joined, at one place within" in video_oddities(path, 0.0)[0]
     path.write_bytes(b"".join(packets)[:-50])
     assert "it ends within a packet" in video_oddities(path, 0.0)[0]
+
+
+@pytest.mark.parametrize("first", [50, (1 << 33) * 25 // 90_000 - 30])
+def test_a_transport_streams_clock_begins_again_after_a_day(first: int, tmp_path: Path) -> None:
+    av = pytest.importorskip("av")
+    with av.open(str(tmp_path / "a.ts"), "w") as container:
+        stream = container.add_stream("mpeg4", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        for k in range(50):
+            frame = av.VideoFrame.from_ndarray(np.full((48, 64, 3), 4 * k, np.uint8), format="bgr24")
+            frame.pts = first + k
+            container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    span = span_of_transport(tmp_path / "a.ts")
+    assert span is not None
+    assert span[1] - span[0] == pytest.approx(49 / 25)
 
 
 @pytest.mark.parametrize("name", ["a.mkv", "a.ts"])

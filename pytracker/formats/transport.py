@@ -15,7 +15,9 @@ PACKETS = {188: 0, 192: 4, 204: 0}
 COUNTS = 16
 FEW = 50
 """Pictures are not stored in the order in which they are shown: first and last are among so many."""
-CLOCK_HZ = 90_000
+EDGE = 50_000
+"""And these, among so many packets at either end."""
+CLOCK_HZ, TICKS = 90_000, 1 << 33
 
 
 def lacking_bytes(path: Path) -> int:
@@ -26,10 +28,11 @@ def lacking_bytes(path: Path) -> int:
 
 def lost_packets(path: Path) -> int:
     """At how many places the counters of its pictures' stream do not go on (2.4.3.3)."""
-    packets = _of_pictures(path)
-    if packets is None:
+    packets = _packets(path)
+    of = _of_pictures(packets)
+    head = np.asarray(packets[of, :6], dtype=np.int64)
+    if not len(head):
         return 0
-    head = np.asarray(packets[0][packets[1], :6], dtype=np.int64)
     # A stream that begins anew says so in its adaptation field.
     begins = ((head[:, 3] & 0x20) > 0) & (head[:, 4] > 0) & ((head[:, 5] & 0x80) > 0)
     return _breaks(head[:, 3] & 0x0F, begins)
@@ -40,13 +43,21 @@ def span_of_transport(path: Path) -> tuple[float, float] | None:
 
     Its duration is of all its streams: sound begins before, or goes on.
     """
-    packets = _of_pictures(path)
-    if packets is None:
+    packets = _packets(path)
+    ticks = [*_times_in(packets[:EDGE], slice(FEW)), *_times_in(packets[-EDGE:], slice(-FEW, None))]
+    if not ticks:
         return None
-    starts = packets[1][(packets[0][packets[1], 1] & 0x40) > 0]
-    few = np.concatenate([starts[:FEW], starts[-FEW:]])
-    times = [time for k in few if (time := _time_of(bytes(packets[0][k]))) is not None]
-    return (min(times) / CLOCK_HZ, max(times) / CLOCK_HZ) if times else None
+    # The clock begins again after a day.
+    since = [(tick - ticks[0] + TICKS // 2) % TICKS - TICKS // 2 for tick in ticks]
+    first_s = (ticks[0] + min(since)) / CLOCK_HZ
+    return first_s, first_s + (max(since) - min(since)) / CLOCK_HZ
+
+
+def _times_in(packets: NDArray[np.uint8], some: slice) -> list[int]:
+    """When some of the pictures that begin in packets are shown, ticks."""
+    of = _of_pictures(packets)
+    starts = of[(packets[of, 1] & 0x40) > 0][some]
+    return [time for k in starts if (time := _time_of(bytes(packets[k]))) is not None]
 
 
 def _time_of(packet: bytes) -> int | None:
@@ -62,22 +73,26 @@ def _payload(packet: bytes) -> bytes:
     return packet[4 + (1 + packet[4] if packet[3] & 0x20 else 0) :]
 
 
-def _of_pictures(path: Path) -> tuple[NDArray[np.uint8], NDArray[np.intp]] | None:
-    """All packets `(N, L)`, and which are of the largest stream of pictures; None of what is no such file."""
+def _packets(path: Path) -> NDArray[np.uint8]:
+    """All packets `(N, L)`; none of what is no transport stream."""
     length = _packet(path)
     if not length:
-        return None
+        return np.empty((0, min(PACKETS)), dtype=np.uint8)
     count = path.stat().st_size // length
-    packets = np.memmap(path, np.uint8, "r", shape=(count * length,)).reshape(count, length)[:, PACKETS[length] :]
-    head = packets[:, :4].astype(np.int64)
-    identity, has_payload = ((head[:, 1] & 0x1F) << 8) | head[:, 2], (head[:, 3] & 0x10) > 0
+    return np.memmap(path, np.uint8, "r", shape=(count * length,)).reshape(count, length)[:, PACKETS[length] :]
+
+
+def _of_pictures(packets: NDArray[np.uint8]) -> NDArray[np.intp]:
+    """Which are of the largest stream of pictures, with a payload."""
+    identity = (packets[:, 1].astype(np.uint16) & 0x1F) << 8 | packets[:, 2]
+    has_payload = (packets[:, 3] & 0x10) > 0
     streams, sizes = np.unique(identity[has_payload], return_counts=True)
     for stream in streams[np.argsort(-sizes)]:
         of = np.flatnonzero((identity == stream) & has_payload)
-        begins = of[(head[of, 1] & 0x40) > 0]
+        begins = of[(packets[of, 1] & 0x40) > 0]
         if len(begins) and _is_picture(_payload(bytes(packets[begins[0]]))):
-            return packets, of
-    return None
+            return of
+    return np.empty(0, dtype=np.intp)
 
 
 def _is_picture(payload: bytes) -> bool:
