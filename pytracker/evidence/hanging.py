@@ -14,6 +14,7 @@ from pytracker.evidence.camshift import REPEATS, PatchTrack
 from pytracker.evidence.lag import GRID_S, banded
 from pytracker.recording.recording import Imu
 from pytracker.rotation import rotate
+from pytracker.series import runs
 
 __all__ = ["HANGS", "without_hanging"]
 
@@ -35,11 +36,10 @@ def without_hanging(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
         if words == REPEATS and k:
             pixel[k] = pixel[k - 1]  # no other picture: the patch was not looked for
     moved = np.linalg.norm(np.diff(pixel, axis=0), axis=1)
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], moved < SAME_PX, [False]])))
     hung = np.zeros(len(track.time_s), dtype=bool)
-    for first, last in edges.reshape(-1, 2):
+    for first, last in runs(moved < SAME_PX, LEAST_FRAMES):
         from_s, to_s = track.time_s[[first, last]] + start_s
-        if last - first >= LEAST_FRAMES and to_s - from_s >= LEAST_S and _goes_m(imu, from_s, to_s) > MOVES_M:
+        if to_s - from_s >= LEAST_S and _goes_m(imu, from_s, to_s) > MOVES_M:
             hung[first + 1 : last + 1] = True
     return _unseen(track, hung) if hung.any() else track
 

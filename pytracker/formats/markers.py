@@ -9,6 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.rotation import Array
+from pytracker.series import runs
 
 __all__ = ["Markers", "check_times", "without_fillers"]
 
@@ -50,9 +51,8 @@ def without_fillers(points: Array) -> Array:
     """
     far = np.abs(points[:, 0]) > FARTHEST_M
     is_filler = (points[:, :1] == points).all(axis=1) & (far | (points[:, 0] == 0))
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], is_filler, [False]])))
     out = points.copy()
-    for first, after in zip(ends[::2], ends[1::2], strict=True):
+    for first, after in runs(is_filler):
         beside = [k for k in (first - 1, after) if 0 <= k < len(points)]
         steps = np.linalg.norm(points[beside] - points[first], axis=1)
         if far[first] or ((np.nan_to_num(steps, nan=np.inf) > JUMP_M).all() and beside):

@@ -12,6 +12,7 @@ from pytracker._core import InputError
 from pytracker.inertial.bursts import comes_in_bursts
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector
+from pytracker.series import noise_sd
 
 __all__ = ["check_noise", "check_turns", "repeats", "turns"]
 
@@ -134,8 +135,7 @@ def check_noise(log: ImuLog) -> list[str]:
     """Warns of a gyroscope that is mostly noise, told from how much neighbouring samples differ beyond their trend."""
     if log.gyr is None or len(log.gyr) < 50 or comes_in_bursts(log):
         return []
-    # Second differences: what turns smoothly leaves little.
-    noise = np.median(np.abs(np.diff(log.gyr, n=2, axis=0)), axis=0) / (0.6745 * np.sqrt(6.0))
+    noise = noise_sd(log.gyr)
     axis = int(np.argmax(noise))
     limit = max(NOISE_RAD_S, 0.3 * float(log.gyr[:, axis].std()) if np.median(np.diff(log.time_s)) > 0.015 else 0.0)
     if noise[axis] <= limit:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pytracker.inertial.gravity import at_rest
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import multiply, rotate, rotation_vector_to_quaternion
+from pytracker.series import noise_sd
 
 __all__ = ["BY_GRAVITY", "bias_at_rest", "bias_by_gravity"]
 
@@ -48,8 +49,9 @@ def bias_at_rest(log: ImuLog) -> Float | None:
     assert log.gyr is not None
     still, parts = [], []
     for part in at_rest(log):
-        noise = np.median(np.abs(np.diff(log.gyr[part], n=2, axis=0)), axis=0) / (0.6745 * np.sqrt(6.0))
-        if np.linalg.norm(log.gyr[part].std(axis=0)) <= max(LIES_STILL, TIMES_NOISE * float(np.linalg.norm(noise))):
+        if np.linalg.norm(log.gyr[part].std(axis=0)) <= max(
+            LIES_STILL, TIMES_NOISE * float(np.linalg.norm(noise_sd(log.gyr[part])))
+        ):
             still.append(log.gyr[part].mean(axis=0))
             parts.append(part)
     if len(still) < LEAST_WINDOWS:

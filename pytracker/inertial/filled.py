@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.inertial.log import ImuLog
+from pytracker.series import last_digit, runs
 
 __all__ = ["without_filled"]
 
@@ -30,6 +31,8 @@ TURNS_RAD, TURNS_RAD_S = 0.1, 0.1
 """A gyroscope that goes so far at such a rate, beyond what it usually reads, turns."""
 SHAKES = 0.5
 """An acceleration that varies by so much is that of a sensor that moves, m/s², standard deviation."""
+DIGITS = 5
+"""More are those of a computer."""
 COARSE = 0.005
 """An orientation of coarser digits may stay the same."""
 MOST_SHARE = 0.5
@@ -46,10 +49,10 @@ def without_filled(log: ImuLog) -> ImuLog:
         (_hanging, "orientations", "stay the same while the sensor moves: they hang"),
     ):
         found = find(log)
-        runs = _runs(found)
-        if not runs:
+        spans = runs(found)
+        if not spans:
             continue
-        a, b = max(runs, key=lambda run: log.time_s[run[1]] - log.time_s[run[0]])
+        a, b = max(((a, after - 1) for a, after in spans), key=lambda span: log.time_s[span[1]] - log.time_s[span[0]])
         warning = (
             f"{log.path}:{log.lines[a]}: {what} of {int(found.sum())} samples {words}, and are left out as a "
             f"gap; longest for {log.time_s[b] - log.time_s[a]:.3f} s, to line {log.lines[b]}"
@@ -71,14 +74,14 @@ def _on_lines(log: ImuLog) -> NDArray[np.bool_]:
         if values is None:
             continue
         off = np.abs(values[1:-1] - share * values[:-2] - (1 - share) * values[2:]).max(axis=1)
-        most = max(least, 1.01 * _last_digit(values))
+        most = max(least, 1.01 * last_digit(values, DIGITS))
         if np.median(off) < TREMBLE * most:
             return found
         straight &= off <= most
         held[1:] &= np.all(values[1:] == values[:-1], axis=1)
-    for a, b in _long(straight, log.time_s[1:-1], RUN_S):
+    for a, after in _long(straight, log.time_s[1:-1], RUN_S):
         # The last of what is held has its end elsewhere.
-        found[a + 1 : b + 2 + held[b + 2]] = True
+        found[a + 1 : after + 1 + held[after + 1]] = True
     return found
 
 
@@ -86,11 +89,11 @@ def _hanging(log: ImuLog) -> NDArray[np.bool_]:
     """Which samples have the orientation of the one before though the sensor moves `(M,)`."""
     found = np.zeros(len(log.time_s), dtype=bool)
     q = log.q_world_sensor
-    if q is None or _last_digit(q) > COARSE:
+    if q is None or last_digit(q, DIGITS) > COARSE:
         return found
     same = np.concatenate([[False], np.all(q[1:] == q[:-1], axis=1)])
-    for a, b in _long(same, log.time_s, HANGS_S):
-        found[a : b + 1] = _moves(log, a, b + 1)
+    for a, after in _long(same, log.time_s, HANGS_S):
+        found[a:after] = _moves(log, a, after)
     if found.mean() > MOST_SHARE:
         raise InputError(
             f"{log.path}:{log.lines[int(np.argmax(found))]}: the orientation stays the same in {int(found.sum())} of "
@@ -112,18 +115,6 @@ def _moves(log: ImuLog, a: int, b: int) -> bool:
     return bool(farthest > TURNS_RAD and np.linalg.norm(rate, axis=1).mean() > TURNS_RAD_S)
 
 
-def _runs(is_so: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last of every run of what is so."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_so, [False]])))
-    return [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]
-
-
 def _long(is_so: NDArray[np.bool_], time_s: Float, least_s: float) -> list[tuple[int, int]]:
-    """Those that are long."""
-    return [(a, b) for a, b in _runs(is_so) if b - a + 1 >= RUN and time_s[b] - time_s[a] >= 0.99 * least_s]
-
-
-def _last_digit(values: Float) -> float:
-    """What all numbers are multiples of: a power of ten, 0 where none down to a hundred-thousandth is it."""
-    units = (1.0, 0.1, 0.01, 0.001, 0.0001, 0.00001)
-    return next((unit for unit in units if np.allclose(values / unit, np.rint(values / unit), rtol=0, atol=1e-3)), 0.0)
+    """Runs that are long: first sample and the one after the last."""
+    return [(a, after) for a, after in runs(is_so, RUN) if time_s[after - 1] - time_s[a] >= 0.99 * least_s]

@@ -9,11 +9,10 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import Keypoints
-from pytracker.rotation import Array
+from pytracker.series import last_digit, runs
 
 __all__ = ["as_seen", "without_filled", "without_repeats"]
 
@@ -23,6 +22,8 @@ STRAIGHT_PX = 0.005
 """Second differences of points that are filled in are no larger, but for digits that are rounded."""
 ROUNDED = 3.0
 """So many units of the last digit a second difference of rounded numbers may be off."""
+DIGITS = 3
+"""More are those of a computer."""
 TREMBLE = 20.0
 """Those of a joint's other points are usually so many times larger: else straightness tells nothing."""
 
@@ -46,16 +47,17 @@ def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[
     places = keypoints.points[..., :2]
     if not same.any() or bool(np.all(places[np.isfinite(places)] == np.rint(places[np.isfinite(places)]))):
         return keypoints, ()
-    long = _runs(same)
+    long = runs(same, REPEATS)
     if not long:
         return keypoints, ()
     points = keypoints.points.copy()
-    for a, b in long:
-        points[a : b + 1] = np.nan
-    a, b = max(long, key=lambda run: run[1] - run[0])
+    for first, after in long:
+        points[first:after] = np.nan
+    first, after = max(long, key=lambda run: run[1] - run[0])
     words = (
-        f"{path}: in {sum(b - a + 1 for a, b in long)} frames the keypoints repeat those of the frame before to the "
-        f"last digit, longest in frames {keypoints.frames[a]} to {keypoints.frames[b]}: held, not seen, and left out"
+        f"{path}: in {sum(after - first for first, after in long)} frames the keypoints repeat those of the frame "
+        f"before to the last digit, longest in frames {keypoints.frames[first]} to {keypoints.frames[after - 1]}: held, "
+        "not seen, and left out"
     )
     return dataclasses.replace(keypoints, points=points), (words,)
 
@@ -67,20 +69,20 @@ def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[s
         return keypoints, ()
     bent = np.linalg.norm(pixels[2:] - 2.0 * pixels[1:-1] + pixels[:-2], axis=-1)
     bent[(np.diff(frames)[1:] != 1) | (np.diff(frames)[:-1] != 1)] = np.inf
-    most = max(STRAIGHT_PX, ROUNDED * _last_digit(pixels))
+    most = max(STRAIGHT_PX, ROUNDED * last_digit(pixels, DIGITS))
     points, longest, count = keypoints.points.copy(), (0, 0, 0), 0
     for person, joint in np.ndindex(bent.shape[1:]):
         of_joint = bent[:, person, joint]
         seen = of_joint[np.isfinite(of_joint) & (of_joint > most)]
         if not len(seen) or np.median(seen) < TREMBLE * most:
             continue
-        for a, b in _runs(of_joint <= most):
+        for first, after in runs(of_joint <= most, REPEATS):
             # What it goes on from was seen, and what it comes to, but for a point that is held.
-            is_held = float(np.linalg.norm(pixels[b + 2, person, joint] - pixels[a, person, joint])) <= most
-            length = b + 1 + is_held - a
-            points[a + 1 : a + 1 + length, person, joint] = np.nan
+            is_held = float(np.linalg.norm(pixels[after + 1, person, joint] - pixels[first, person, joint])) <= most
+            length = after + is_held - first
+            points[first + 1 : first + 1 + length, person, joint] = np.nan
             count += length
-            longest = max(longest, (length, a + 1, joint))
+            longest = max(longest, (length, first + 1, joint))
     if not count:
         return keypoints, ()
     length, first, joint = longest
@@ -90,16 +92,3 @@ def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[s
         f"in a row of the {name} in frames {frames[first]} to {last}: filled in or held, not seen, and left out"
     )
     return dataclasses.replace(keypoints, points=points), (words,)
-
-
-def _runs(is_so: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last of what is so for `REPEATS` frames in a row."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_so, [False]])))
-    return [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2) if b - a >= REPEATS]
-
-
-def _last_digit(pixels: Array) -> float:
-    """What all numbers are multiples of: a power of ten, 0 where none of them down to a thousandth is it."""
-    seen = pixels[np.isfinite(pixels)]
-    units = (1.0, 0.1, 0.01, 0.001)
-    return next((unit for unit in units if np.allclose(seen / unit, np.rint(seen / unit), atol=1e-4)), 0.0)

@@ -13,6 +13,7 @@ import numpy as np
 
 from pytracker.formats.markers import Markers
 from pytracker.rotation import Array
+from pytracker.series import last_digit, runs
 
 __all__ = ["without_filled"]
 
@@ -33,7 +34,7 @@ LEAVES_M, GOES_M = 0.015, 0.03
 rests, to its digits, rests, and is where it is said to be."""
 JUMPS_M = 1.0
 """What leaps so far is no gap that was filled in: a stray."""
-DIGITS_M = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
+DIGITS = 6
 
 
 def without_filled(file: Path, markers: Markers, name: str) -> tuple[Array, tuple[str, ...]]:
@@ -62,11 +63,10 @@ def _filled(time_s: Array, points: Array) -> Iterator[tuple[int, int]]:
     if len(points) < 2 * stride + LEAST_ROWS + 2:
         return
     bent = _bent(points, 1)
-    most = max(STRAIGHT_M, ROUNDED * _last_digit_m(points))
+    most = max(STRAIGHT_M, ROUNDED * last_digit(points, DIGITS))
     is_straight = _bent(points, stride) <= most
     least = max(LEAST_ROWS, round(LEAST_S / interval_s))
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_straight, [False]])))
-    for first, after in edges.reshape(-1, 2):
+    for first, after in runs(is_straight):
         # Of rows k, k + stride and k + 2 stride: rows first to last lie on one line.
         last = after - 1 + 2 * stride
         chord = np.linspace(points[first], points[last], last + 1 - first)
@@ -97,9 +97,3 @@ def _bent(points: Array, stride: int) -> Array:
     return np.asarray(
         np.linalg.norm(points[2 * stride :] - 2.0 * points[stride:-stride] + points[: -2 * stride], axis=1)
     )
-
-
-def _last_digit_m(points: Array) -> float:
-    """What all places are multiples of: a power of ten, 0 where none is."""
-    seen = points[np.isfinite(points)]
-    return next((unit for unit in DIGITS_M if np.allclose(seen / unit, np.rint(seen / unit), atol=1e-4)), 0.0)

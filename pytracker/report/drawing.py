@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pytracker.rotation import Array
+from pytracker.series import runs
 from pytracker.tracking.tracks import Track
 
 __all__ = [
@@ -102,10 +103,8 @@ def limit(axes: Axes, shown: list[Array]) -> None:
 
 def shade_lost(axes: Axes, track: Track) -> None:
     """Shaded where the track says that it did not see."""
-    lost = ~track.valid
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], lost, [False]]).astype(int)))
     step = float(np.median(np.diff(track.time_s))) if len(track.time_s) > 1 else 0.0
-    for number, (start, end) in enumerate(edges.reshape(-1, 2)):
+    for number, (start, end) in enumerate(runs(~track.valid)):
         axes.axvspan(
             track.time_s[start],
             track.time_s[end - 1] + step,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker.evidence.hanging import HANGS
+from pytracker.series import runs
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track, where_of
 
@@ -40,8 +41,7 @@ def of_hanging(track: ArmTrack) -> tuple[str, ...]:
         hung = [words == HANGS for words in patch.reason]
         if not any(hung):
             continue
-        edges = np.flatnonzero(np.diff([False, *hung, False])).reshape(-1, 2)
-        first, end = max(edges.tolist(), key=lambda run: run[1] - run[0])
+        first, end = max(runs(hung), key=lambda run: run[1] - run[0])
         found.append(
             f"{where_of(track.recording)}: in {sum(hung)} frames of camera {number}, longest from "
             f"{patch.time_s[first]:.3f} to {patch.time_s[end - 1]:.3f} s of its video, {HANGS}: they are not used, did "
