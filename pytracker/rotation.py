@@ -22,6 +22,7 @@ __all__ = [
     "rotate",
     "rotation_vector_to_quaternion",
     "triple",
+    "without_leaps",
 ]
 
 
@@ -98,3 +99,9 @@ def matrix_to_quaternion(m: Array) -> Array:
     q = rows[np.arange(len(m)), np.argmax(squares, axis=1)]
     q = q / np.linalg.norm(q, axis=1, keepdims=True)
     return np.asarray(np.where(q[:, :1] < 0, -q, q))
+
+
+def without_leaps(q: Array) -> Array:
+    """Quaternions `(M, 4)` with the sign of the one before: q and -q are the same turn."""
+    signs = np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
+    return np.asarray(q * np.concatenate([[1.0], np.cumprod(signs)])[:, None])

@@ -56,7 +56,7 @@ def estimated(tracker: pt.Tracker, frame: pt.Observation) -> pt.Estimate:
 def shown(edges: Image, blobs: Array | None = None, **more: Any) -> BodyEvidence:
     """Evidence made by hand: edges, and where they are given blobs and more."""
     empty, none = np.zeros_like(edges), np.zeros((0, 2))
-    return BodyEvidence(empty, edges, empty, none if blobs is None else blobs, none[:, 0], **more)
+    return BodyEvidence(empty, edges, empty, none if blobs is None else blobs, **more)
 
 
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:

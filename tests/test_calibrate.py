@@ -13,7 +13,8 @@ import pytracker as pt
 from pytracker.cli.entry import app
 from pytracker.evidence.boards import Board, BoardKind, find_corners
 from pytracker.formats.toml_file import parse_toml
-from pytracker.formats.video import Image, VideoWriter
+from pytracker.formats.video import Image
+from pytracker.formats.video_write import VideoWriter
 from pytracker.report.board import write_board
 from pytracker.rotation import Array
 from pytracker.setup.calibrate import calibrate_camera, find_pose

@@ -26,7 +26,7 @@ from pytracker.cli.entry import app
 from pytracker.formats.keypoints.models import COCO
 from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.keypoints.write import keypoints_text
-from pytracker.formats.video import VideoWriter
+from pytracker.formats.video_write import VideoWriter
 from pytracker.setup import detect, init
 
 has_mediapipe = pytest.mark.skipif(

@@ -21,8 +21,7 @@ from pytracker.simulate.arm import ArmSimulation
 
 def track_of(pixel: Array) -> PatchTrack:
     count = len(pixel)
-    box = np.zeros((count, 4), dtype=np.int64)
-    return PatchTrack(np.arange(count) / 25.0, pixel, np.ones(count, dtype=bool), ("",) * count, np.ones(count), box)
+    return PatchTrack(np.arange(count) / 25.0, pixel, np.ones(count, dtype=bool), ("",) * count)
 
 
 def test_what_stays_the_same_while_the_sensor_moves_is_left_out() -> None:

@@ -130,11 +130,15 @@ def test_what_a_folder_lacks_is_said(break_it: object, words: str, tmp_path: Pat
         read_imu(folder)
 
 
-def test_a_sensor_that_pauses_is_told(tmp_path: Path) -> None:
+def test_a_sensor_that_pauses_leaves_a_gap(tmp_path: Path) -> None:
+    """What lay between was interpolated, as an arm that moves evenly."""
     folder = phone(tmp_path / "phone", ANDROID)
     kept = (TIME_S < 1.0) | (TIME_S > 1.5)
     sensor(folder / "Gyroscope.csv", TIME_S[kept], TURN[kept])
-    assert "Gyroscope.csv says nothing for 0.52 s" in read_imu(folder).warnings[0]
+    log = read_imu(folder)
+    assert "Gyroscope.csv says nothing for 0.52 s" in log.warnings[0]
+    assert not ((log.time_s > 1.02) & (log.time_s < 1.48)).any()
+    assert float(np.diff(log.time_s).max()) == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_lively_arm_needs_gravity_all_the_same(tmp_path: Path) -> None:

@@ -297,9 +297,7 @@ def test_a_thousand_frames_a_second_are_all_kept() -> None:
 
     count = 500
     time_s = np.arange(count) / 1000.0
-    track = PatchTrack(
-        time_s, np.zeros((count, 2)), np.ones(count, bool), ("",) * count, np.ones(count), np.zeros((count, 4), int)
-    )
+    track = PatchTrack(time_s, np.zeros((count, 2)), np.ones(count, bool), ("",) * count)
     assert len(_merge([time_s], [track], [{}]).time_s) == count
     assert len(_merge([time_s, time_s + 1e-4], [track, track], [{}, {}]).time_s) == count
 

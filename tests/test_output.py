@@ -20,7 +20,7 @@ from test_cli import run
 
 import pytracker as pt
 from pytracker import output
-from pytracker.formats import video
+from pytracker.formats import video_write
 from pytracker.output import MADE_HERE, check_target, whole_file, whole_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals and links as Unix has them")
@@ -383,12 +383,12 @@ def test_a_link_that_loops_is_named(tmp_path: Path, simulated: Path) -> None:
 
 def test_a_video_is_looked_at_after_it_was_written(tmp_path: Path) -> None:
     image = np.zeros((48, 64, 3), np.uint8)
-    with video.VideoWriter(tmp_path / "a.mp4", "mp4v", 25.0, (64, 48)) as writer:
+    with video_write.VideoWriter(tmp_path / "a.mp4", "mp4v", 25.0, (64, 48)) as writer:
         for _ in range(5):
             writer.write(image)
 
     def write_another_size() -> None:
-        with video.VideoWriter(tmp_path / "b.mp4", "mp4v", 25.0, (64, 48)) as writer:
+        with video_write.VideoWriter(tmp_path / "b.mp4", "mp4v", 25.0, (64, 48)) as writer:
             for _ in range(5):
                 writer.write(image)
             writer.write(np.zeros((10, 10, 3), np.uint8))  # OpenCV drops it without a word

@@ -21,7 +21,8 @@ from pytracker.report.arm_page import render_arm_page
 from pytracker.report.body_page import render_body_page
 from pytracker.report.contents import contents_of
 from pytracker.report.labels import HELD, labels
-from pytracker.report.tables import read_track, write_metadata
+from pytracker.report.metadata import write_metadata
+from pytracker.report.tables import read_track
 from pytracker.tracking import ArmTrack
 
 if TYPE_CHECKING:

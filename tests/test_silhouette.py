@@ -73,7 +73,7 @@ def test_what_is_far_from_the_person_has_no_say(by: tuple[int, int], monkeypatch
     near = Silhouette(held, 4 * PX_PER_M)(image)
     monkeypatch.setattr(Silhouette, "_near", lambda self, mask: (slice(0, 120), slice(0, 160)))
     whole = Silhouette(held, 4 * PX_PER_M)(image)
-    for name in ("foreground", "edges", "skin", "blobs", "areas_px"):
+    for name in ("foreground", "edges", "skin", "blobs"):
         assert np.array_equal(getattr(near, name), getattr(whole, name)), name
     regions = [(near.skin_region, whole.skin_region), (near.foreground_region, whole.foreground_region)]
     for some, every in regions:
@@ -100,7 +100,6 @@ def test_skin_is_found_where_it_is() -> None:
     assert len(found.blobs) == 3
     apart = np.linalg.norm(found.blobs[:, None] - expected, axis=2)
     assert apart.min(axis=0).max() < 1.5
-    assert found.areas_px == pytest.approx(np.pi * 7.5**2, rel=0.25)
 
 
 def test_red_clothes_are_no_skin_in_any_light() -> None:
@@ -127,7 +126,7 @@ def test_a_bare_arm_offers_both_its_ends() -> None:
     image = wall()
     cv2.line(image, (50, 90), (80, 60), (125, 158, 214), 7)  # 42 cm long
     found = Silhouette(wall(), PX_PER_M)(image)
-    assert len(found.blobs) == len(found.areas_px) == 2
+    assert len(found.blobs) == 2
     ends = np.array([(50, 90), (80, 60)])
     apart = np.linalg.norm(found.blobs[:, None] - ends, axis=2).min(axis=0)
     assert (apart > 2).all()

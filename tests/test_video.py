@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.formats import video
+from pytracker.formats import video, video_write
 from pytracker.formats.container import AviFrames, frames_of_avi, missing_bytes
 from pytracker.formats.transport import span_of_transport
 from pytracker.formats.video_oddities import video_oddities
@@ -30,10 +30,10 @@ def test_a_webm_is_written_and_nothing_else_is_kept_from_standard_error(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """OpenCV warns of its tag, which a WebM does without; what is said by others meanwhile stays."""
-    with video.VideoWriter(tmp_path / "a.webm", "VP80", 25.0, (64, 48)) as writer:
+    with video_write.VideoWriter(tmp_path / "a.webm", "VP80", 25.0, (64, 48)) as writer:
         writer.write(np.zeros((48, 64, 3), np.uint8))
     assert len(list(video.frames(tmp_path / "a.webm"))) == 1
-    with video._without("of a tag"):
+    with video_write._without("of a tag"):
         os.write(2, b"of a disk\nof a tag\n")
     assert capfd.readouterr().err == "of a disk\n"
 

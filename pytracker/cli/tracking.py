@@ -25,8 +25,10 @@ from pytracker.outcomes import EARLIER, Outcome
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
+from pytracker.report.json_file import plain
 from pytracker.report.labels import HELD
-from pytracker.report.tables import of_another_run, plain, read_run, read_track
+from pytracker.report.metadata import of_another_run, read_run
+from pytracker.report.tables import read_track
 from pytracker.scores.agreement import beside_truth, disagreement
 from pytracker.scores.evaluate import held
 from pytracker.tracking.doubts import is_unusable, unbelieved

@@ -43,15 +43,11 @@ class PatchSighting:
         pixel: centre (u, v), px; NaN where not valid.
         valid: whether this is the patch.
         reason: why not, else empty.
-        mass: patch pixels found, relative to the first frame.
-        box: x, y, width, height of the search window, px.
     """
 
     pixel: tuple[float, float]
     valid: bool
     reason: str
-    mass: float
-    box: Box
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,16 +59,12 @@ class PatchTrack:
         pixel: centres `(T, 2)`, px; NaN where not valid.
         valid: `(T,)`.
         reason: why not, `(T,)` of words.
-        mass: patch pixels found, relative to the first frame `(T,)`.
-        box: search windows `(T, 4)`, px.
     """
 
     time_s: Float
     pixel: Float
     valid: NDArray[np.bool_]
     reason: tuple[str, ...]
-    mass: Float
-    box: NDArray[np.int64]
 
 
 class PatchTracker:
@@ -105,19 +97,18 @@ class PatchTracker:
         """Look for the patch in the next frame, BGR `(H, W, 3)`."""
         if self._last_image is not None and np.array_equal(image, self._last_image):
             # A camera that was late shows its last image again: where the patch was then is not where it is now.
-            return PatchSighting((np.nan, np.nan), False, REPEATS, 1.0, self._box)
+            return PatchSighting((np.nan, np.nan), False, REPEATS)
         self._last_image = image
         if self._lost:
             found, reason = self._search(image)
         else:
             found = self._follow(image)
             reason = self._fault(found)
-        share = 0.0 if found is None else found.mass / self._first.mass
         if found is None or reason:
             self._lost = True
-            return PatchSighting((np.nan, np.nan), False, reason, share, self._box)
+            return PatchSighting((np.nan, np.nan), False, reason)
         self._accept(found, image)
-        return PatchSighting((float(found.centre[0]), float(found.centre[1])), True, "", share, found.box)
+        return PatchSighting((float(found.centre[0]), float(found.centre[1])), True, "")
 
     def _accept(self, found: Piece, image: Image) -> None:
         moved = found.centre - self._centre
@@ -245,8 +236,6 @@ def track_patch(
         pixel=np.array([s.pixel for s in sightings]).reshape(-1, 2),
         valid=np.array([s.valid for s in sightings], dtype=bool),
         reason=tuple(s.reason for s in sightings),
-        mass=np.array([s.mass for s in sightings]),
-        box=np.array([s.box for s in sightings], dtype=np.int64).reshape(-1, 4),
     )
 
 

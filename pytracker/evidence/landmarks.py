@@ -110,8 +110,7 @@ def wrist_seen(keypoints: Keypoints, side: str, film: Iterator[Frame]) -> PatchT
     valid = np.isfinite(pixel).all(axis=1).reshape(-1)
     unseen = ~valid & (_gap_s(time_s, valid) > BRIDGED_S)
     reason = tuple("the wrist is not among the keypoints" if so else "" for so in unseen)
-    none = np.full(len(time_s), np.nan)
-    return PatchTrack(time_s, pixel, valid, reason, none, np.zeros((len(time_s), 4), dtype=np.int64))
+    return PatchTrack(time_s, pixel, valid, reason)
 
 
 def _gap_s(time_s: Array, seen: NDArray[np.bool_]) -> Array:

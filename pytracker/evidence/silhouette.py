@@ -40,7 +40,6 @@ class BodyEvidence:
         edges: 255 on a detected edge `(H, W)`.
         skin: 255 on skin `(H, W)`, before blobs are filtered.
         blobs: centres of skin blobs, px `(B, 2)`.
-        areas_px: their areas `(B,)`.
         skin_region: distance of every pixel from skin `(H, W)`, px, and some points on it `(P, 2)`, px. It has skin
             that differs from the background in colour alone, which `skin` has not.
         foreground_region: the same of the foreground.
@@ -54,7 +53,6 @@ class BodyEvidence:
     edges: Image
     skin: Image
     blobs: Array
-    areas_px: Array
     skin_region: Region | None = None
     foreground_region: Region | None = None
     keypoints: Array | None = None
@@ -128,9 +126,9 @@ class Silhouette:
         coloured = self._skin.coloured(y[near], cr[near], cb[near])
         skin[near] = self._skin.on(foreground[near], coloured)
         region[near] = self._skin.on(person[near], coloured)
-        blobs, areas = self._skin.blobs(skin[near], (near[1].start, near[0].start))
+        blobs = self._skin.blobs(skin[near], (near[1].start, near[0].start))
         regions = _region(region, near), _region(foreground, near)
-        return BodyEvidence(foreground, edges, skin, blobs, areas, *regions, image=image)
+        return BodyEvidence(foreground, edges, skin, blobs, *regions, image=image)
 
     def _near(self, person: Image) -> Near:
         """The box about a mask, and as far beyond it as what is asked of its pixels reaches."""

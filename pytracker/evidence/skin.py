@@ -51,14 +51,14 @@ class Skin:
         mask = cv2.bitwise_and(coloured, cv2.dilate(cv2.bitwise_and(coloured, foreground), self._growth))
         return as_image(cv2.morphologyEx(mask, cv2.MORPH_CLOSE, self._growth))
 
-    def blobs(self, skin: Image, corner: tuple[int, int]) -> tuple[Array, Array]:
-        """Centres of what may be a head or a hand, px `(B, 2)`, and areas of their blobs, px² `(B,)`.
+    def blobs(self, skin: Image, corner: tuple[int, int]) -> Array:
+        """Centres of what may be a head or a hand, px `(B, 2)`.
 
         `skin` is a part of the picture, whose left upper corner lies at `corner`.
         """
         p = self._parameters
         contours, _ = cv2.findContours(skin, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=corner)
-        centres, areas = [], []
+        centres: list[tuple[float, float]] = []
         for contour in contours:
             # The area of pixels, not of the polygon through their centres.
             area = cv2.contourArea(contour) + 0.5 * len(contour) + 1
@@ -67,10 +67,8 @@ class Skin:
             _, sides, _ = cv2.minAreaRect(contour)
             if max(sides) + 1 > p.skin_elongation * (min(sides) + 1):
                 continue
-            places = self._places(contour, sides)
-            centres += places
-            areas += [area] * len(places)
-        return np.array(centres, dtype=float).reshape(-1, 2), np.array(areas)
+            centres += self._places(contour, sides)
+        return np.array(centres, dtype=float).reshape(-1, 2)
 
     def _places(self, contour: Any, sides: Sequence[float]) -> list[tuple[float, float]]:
         """Where a head or a hand may be in a blob: in its middle; at either end where it is a bare arm."""

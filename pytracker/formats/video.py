@@ -6,12 +6,7 @@ Times are read after each frame, as the container has them, so that a variable f
 
 from __future__ import annotations
 
-import os
-import sys
-import tempfile
-import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,19 +18,15 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.container import frames_of_avi, missing_bytes, span_s
 
-__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "VideoWriter", "as_image", "frames", "glimpses", "opened", "probe"]
+__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "as_image", "frames", "glimpses", "opened", "probe"]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
 
 Image = NDArray[np.uint8]
 
-_REDIRECTED = threading.Lock()
-
 TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
-
-
 MOST_FRAMES = 100_000_000
 """A header that says more was never finished."""
 
@@ -197,62 +188,3 @@ def glimpses(path: Path, count: int) -> Iterator[Frame]:
 
 def _bgr(image: Any) -> Image:
     return as_image(cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if image.ndim == 2 else image)
-
-
-class VideoWriter:
-    """Writes a video and looks at what was written: OpenCV says nothing of a disk that is full.
-
-    A context: on a good end the file is opened and its frames are counted. Raises `OSError` where some are missing, and
-    `InputError` where this OpenCV has no encoder for `fourcc`.
-    """
-
-    def __init__(self, path: Path, fourcc: str, rate_hz: float, size: tuple[int, int]) -> None:
-        self.path, self.count = path, 0
-        with _without("OpenCV: FFMPEG: tag"):
-            self._writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*fourcc), rate_hz, size)
-        if not self._writer.isOpened():
-            raise InputError(f"{path}: OpenCV cannot write {fourcc} video here")
-
-    def __enter__(self) -> VideoWriter:
-        return self
-
-    def write(self, image: Image) -> None:
-        """Append a frame, BGR `(H, W, 3)`."""
-        self._writer.write(image)
-        self.count += 1
-
-    def __exit__(self, kind: type[BaseException] | None, error: object, trace: object) -> None:
-        self._writer.release()
-        if kind is None and (found := _count(self.path)) != self.count:
-            raise OSError(f"{self.path}: {found} of {self.count} frames could be written: is the disk full?")
-
-
-@contextmanager
-def _without(words: str) -> Iterator[None]:
-    """Standard error but for lines with these words: OpenCV warns there of a tag that a WebM does without."""
-    if sys.stderr is None:
-        yield
-        return
-    with _REDIRECTED, tempfile.TemporaryFile("w+", errors="replace") as kept:
-        sys.stderr.flush()
-        stderr = os.dup(2)
-        try:
-            os.dup2(kept.fileno(), 2)
-            yield
-        finally:
-            os.dup2(stderr, 2)
-            os.close(stderr)
-            kept.seek(0)
-            sys.stderr.writelines(line for line in kept if words not in line)
-
-
-def _count(path: Path) -> int:
-    """How many frames can be decoded."""
-    capture = cv2.VideoCapture(str(path))
-    try:
-        found = 0
-        while capture.grab():
-            found += 1
-        return found
-    finally:
-        capture.release()

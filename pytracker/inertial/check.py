@@ -7,12 +7,13 @@ import dataclasses
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.inertial.agreement import check_noise, check_turns, repeats
+from pytracker.inertial.agreement import check_turns
 from pytracker.inertial.bursts import comes_in_bursts, evened
 from pytracker.inertial.filled import without_filled
 from pytracker.inertial.gravity import check_size, check_step, check_up
 from pytracker.inertial.interleaved import check_interleaved
 from pytracker.inertial.log import ImuLog
+from pytracker.inertial.noise import check_noise, repeats
 from pytracker.inertial.outliers import without_outliers
 from pytracker.inertial.saturation import saturates
 

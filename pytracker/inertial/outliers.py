@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.inertial.log import ImuLog
+from pytracker.rotation import without_leaps
 
 __all__ = ["without_outliers"]
 
@@ -110,7 +111,7 @@ def _jumps(log: ImuLog) -> list[tuple[NDArray[np.bool_], str]]:
             continue
         values = np.clip(values, -FARTHEST, FARTHEST)
         if name == "q_world_sensor":
-            values = _continued(values)
+            values = without_leaps(values)
         bad, size = _jumping(values, least)
         if bad.any():
             k = int(np.argmax(bad))
@@ -139,10 +140,3 @@ def _jumping(values: Float, least: float) -> tuple[NDArray[np.bool_], Float]:
         usual = np.median(step[low:high])
         bad[k] = size[k] > TIMES_USUAL * usual
     return bad, size
-
-
-def _continued(q: Float) -> Float:
-    """Quaternions with the sign of the one before: q and -q are the same turn."""
-    flips = np.sign((q[1:] * q[:-1]).sum(axis=1))
-    flips[flips == 0] = 1.0
-    return np.asarray(q * np.concatenate([[1.0], np.cumprod(flips)])[:, None])

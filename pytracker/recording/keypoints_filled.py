@@ -56,8 +56,8 @@ def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[
     first, after = max(long, key=lambda run: run[1] - run[0])
     words = (
         f"{path}: in {sum(after - first for first, after in long)} frames the keypoints repeat those of the frame "
-        f"before to the last digit, longest in frames {keypoints.frames[first]} to {keypoints.frames[after - 1]}: held, "
-        "not seen, and left out"
+        f"before to the last digit, longest in frames {keypoints.frames[first]} to {keypoints.frames[after - 1]}: "
+        "held, not seen, and left out"
     )
     return dataclasses.replace(keypoints, points=points), (words,)
 

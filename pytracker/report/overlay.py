@@ -11,7 +11,8 @@ import cv2
 import numpy as np
 
 from pytracker.evidence.sightings import SAME_FRAME_S
-from pytracker.formats.video import Image, VideoWriter, frames
+from pytracker.formats.video import Image, frames
+from pytracker.formats.video_write import VideoWriter
 from pytracker.rotation import Array
 
 __all__ = ["caption", "enlarged", "write_overlay"]

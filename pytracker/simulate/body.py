@@ -18,7 +18,7 @@ from pytracker._core import InputError
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.amc import read_amc, write_amc
 from pytracker.formats.asf import read_asf
-from pytracker.formats.video import VideoWriter
+from pytracker.formats.video_write import VideoWriter
 from pytracker.output import whole_folder
 from pytracker.recording.camera import Camera
 from pytracker.recording.worn import ARM_SEGMENTS

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker.evidence.sightings import Progress
-from pytracker.formats.video import VideoWriter
+from pytracker.formats.video_write import VideoWriter
 from pytracker.output import whole_folder
 from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Imu

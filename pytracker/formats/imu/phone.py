@@ -1,7 +1,6 @@
-"""Phones and watches: a folder with a CSV for every sensor (Sensor Logger, phyphox), or Apple's motion in one file.
+"""Phones and watches: a folder with a CSV for every sensor (Sensor Logger, phyphox), or a watch's motion in one file.
 
-Every sensor ticks on its own: turn rate and magnetic field are interpolated at the accelerometer's times. Apple counts
-accelerations and gravity the other way round than everybody else (Core Motion: at rest, face up, z reads -1 g).
+Every sensor ticks on its own: turn rate and magnetic field are interpolated at the accelerometer's times.
 """
 
 from __future__ import annotations
@@ -17,13 +16,15 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.imu.clock import unit_of
+from pytracker.formats.imu.core_motion import read_motion
 from pytracker.formats.imu.names import known_as
+from pytracker.formats.imu.stream import Stream
 from pytracker.formats.imu.table import Header, header_of
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 
-__all__ = ["files_of_phone", "is_motion", "read_motion", "read_phone"]
+__all__ = ["files_of_phone", "read_phone"]
 
 Float = NDArray[np.float64]
 
@@ -37,31 +38,10 @@ METADATA = "metadata"
 FILES = {WATCH, METADATA, *TOTAL, *LINEAR, *OF_GRAVITY, *GYROSCOPE, *MAGNETOMETER}
 PHYPHOX = "meta"
 """The folder in which phyphox says of itself; it counts as Android does on any phone."""
-MOTION = re.compile(r"(useracceleration|useracc|acceleration|acc|gravity|rotationrate)(x|y|z)")
-"""Columns of Core Motion, by whatever app; SensorLog writes `motion` before each and its unit in brackets."""
-MOTION_TIME = ("secondselapsed", "time", "times", "relativetime", "timestampsincereboot")
-HEADER_LINES = 10
-"""A header comes within these."""
 LEAST_GRAVITY = 0.5
 """Of the usual, in the median: less is none, or is in g."""
 CUT_S = 1.0
 """Sensors begin and end so far apart without a word."""
-LONG_GAP = 10.0
-"""A sensor that is silent for so many of its usual intervals has lost samples."""
-
-
-@dataclass(frozen=True, eq=False)
-class Sensor:
-    """Three axes of one sensor: line numbers and time, s `(M,)`, and values `(M, 3)`."""
-
-    path: Path
-    lines: NDArray[np.int64]
-    time_s: Float
-    values: Float
-
-    def at(self, time_s: Float) -> Float:
-        """Between its samples `(T, 3)`."""
-        return np.stack([np.interp(time_s, self.time_s, self.values[:, d]) for d in range(3)], axis=1)
 
 
 def files_of_phone(folder: Path) -> dict[str, Path]:
@@ -105,54 +85,6 @@ def read_phone(folder: Path) -> ImuLog:
     return _together(acc, sign, gyr, mag, tuple(warnings))
 
 
-def is_motion(lines: list[str]) -> bool:
-    """Whether the columns are Core Motion's: acceleration without gravity, gravity, rotation rate."""
-    return {"gravity_x", "gyr_x"} <= {_motion_name(name) for name in header_of(lines[:HEADER_LINES]).names}
-
-
-def read_motion(path: Path, lines: list[str]) -> ImuLog:
-    """Core Motion in one file, such as a watch's `WristMotion.csv`. Raises `InputError`.
-
-    In g its signs are Apple's; where Sensor Logger standardises units to m/s², it turns the signs too.
-    """
-    header = header_of(lines)
-    names = [_motion_name(name) for name in header.names]
-    groups = {group: tuple(f"{group}_{axis}" for axis in "xyz") for group in ("acc", "gravity", "gyr")}
-    missing = [name for group in groups.values() for name in group if name not in names]
-    if double := [name for group in groups.values() for name in group if names.count(name) > 1]:
-        raise InputError(
-            f"{path}:{header.first}: has several columns for {double[0]}, expected one: acceleration without gravity"
-        )
-    if missing or "time_s" not in names:
-        raise InputError(
-            f"{path}:{header.first}: Core Motion's columns lack {', '.join((missing or ['time'])[:6])}, expected "
-            "acceleration, gravity and rotationRate along X, Y, Z, and seconds_elapsed"
-        )
-    wanted = {"time_s", *(name for group in groups.values() for name in group)}
-    table = parse_table(path, header.lines, header.first, names, header.delimiter, wanted)
-    time_s, *found = (table.columns(*group) for group in (("time_s",), *groups.values()))
-    assert time_s is not None
-    acc, gravity, gyr = found
-    assert acc is not None
-    assert gravity is not None
-    norm = float(np.median(np.linalg.norm(gravity, axis=1)))
-    if not (0.9 < norm < 1.1 or 0.9 < norm / GRAVITY < 1.1):
-        raise InputError(f"{path}: gravity is {norm:.3g} long in the median, expected 1 g or {GRAVITY:.2f} m/s²")
-    force = (-GRAVITY if norm < 2.0 else 1.0) * (acc + gravity)
-    clock = known_as(header.names[names.index("time_s")])
-    unit_s = clock.factor if clock is not None and clock.has_unit else unit_of(time_s[:, 0])[1]
-    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0] * unit_s, acc=force, gyr=gyr)
-
-
-def _motion_name(name: str) -> str:
-    """`acc_x`, `gravity_x`, `gyr_x`, `time_s`; others as they are."""
-    plain = re.sub(r"\(.*?\)|[^a-z]", "", name.lower()).removeprefix("motion")
-    if match := MOTION.fullmatch(plain):
-        group = {"gravity": "gravity", "rotationrate": "gyr"}.get(match[1], "acc")
-        return f"{group}_{match[2]}"
-    return "time_s" if plain in MOTION_TIME else name
-
-
 @dataclass(frozen=True)
 class Platform:
     """Which phone it was, and whether the app turned its signs to Android's."""
@@ -175,7 +107,7 @@ def _platform(file: Path | None) -> Platform:
     return Platform(platform in ("ios", "android"), platform == "ios", said.get("standardisation", "") == "true")
 
 
-def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
+def _acceleration(folder: Path, files: dict[str, Path]) -> Stream:
     """With gravity in it: as it is, or put together. Raises `InputError`."""
     if (total := _found(files, TOTAL, "acc")) is not None:
         return total
@@ -203,14 +135,14 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Sensor:
     if float(np.median(along)) > LEAST_GRAVITY * GRAVITY:
         return acc
     values = acc.values + down
-    return Sensor(acc.path, acc.lines[covered], acc.time_s[covered], values[covered])
+    return Stream(acc.path, acc.lines[covered], acc.time_s[covered], values[covered])
 
 
-def _spans(*sensors: Sensor) -> str:
-    return "; ".join(f"{s.path.name} {s.time_s[0]:.2f} to {s.time_s[-1]:.2f} s" for s in sensors)
+def _spans(*streams: Stream) -> str:
+    return "; ".join(f"{s.path.name} {s.time_s[0]:.2f} to {s.time_s[-1]:.2f} s" for s in streams)
 
 
-def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Sensor | None:
+def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Stream | None:
     """The first file of one of these names, read as a `sensor`. Raises `InputError`."""
     path = next((files[name] for name in called if name in files), None)
     if path is None:
@@ -235,7 +167,7 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Sens
     has = np.isfinite(values).all(axis=1)
     if not has.any():
         raise InputError(f"{path}: none of its {len(values)} rows has x, y and z, expected a sensor's values")
-    return Sensor(path, table.lines[has], time_s[has, 0], values[has] * np.array([factors[name] for name in axes]))
+    return Stream(path, table.lines[has], time_s[has, 0], values[has] * np.array([factors[name] for name in axes]))
 
 
 def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
@@ -252,7 +184,7 @@ def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
     return names, factors
 
 
-def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, warnings: tuple[str, ...]) -> ImuLog:
+def _together(acc: Stream, sign: float, gyr: Stream | None, mag: Stream | None, warnings: tuple[str, ...]) -> ImuLog:
     """At the accelerometer's times, as far as the gyroscope goes. Raises `InputError`."""
     said = []
     if mag is not None and (mag.time_s[0] > acc.time_s[0] + CUT_S or mag.time_s[-1] < acc.time_s[-1] - CUT_S):
@@ -261,7 +193,7 @@ def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, 
             "heading is arbitrary"
         )
         mag = None
-    others = [sensor for sensor in (gyr, mag) if sensor is not None]
+    others = [stream for stream in (gyr, mag) if stream is not None]
     first, last = max(s.time_s[0] for s in (acc, *others)), min(s.time_s[-1] for s in (acc, *others))
     # Twice the same time says nothing twice.
     kept = (acc.time_s >= first) & (acc.time_s <= last) & np.append(True, np.diff(acc.time_s) > 0)
@@ -272,11 +204,14 @@ def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, 
     time_s = acc.time_s[kept]
     if (cut_s := float(np.ptp(acc.time_s) - np.ptp(time_s))) > 2 * CUT_S:
         said.append(f"{acc.path.parent.name}: {cut_s:.2f} s are left out, where not every sensor says something")
-    for sensor in others:
-        wait = np.diff(sensor.time_s)
-        if (longest := float(wait.max())) > LONG_GAP * float(np.median(wait)):
-            said.append(f"{sensor.path.name} says nothing for {longest:.2f} s: what is between is interpolated")
-    return ImuLog(
+    for stream in others:
+        if lost := int((~stream.covers(time_s)).sum()):
+            longest_s = float(np.diff(stream.time_s).max())
+            said.append(
+                f"{stream.path.name} says nothing for {longest_s:.2f} s: {lost} of {len(time_s)} samples of "
+                f"{acc.path.name}, where it is silent for long, are left out"
+            )
+    log = ImuLog(
         path=acc.path,
         lines=acc.lines[kept],
         time_s=time_s,
@@ -285,3 +220,4 @@ def _together(acc: Sensor, sign: float, gyr: Sensor | None, mag: Sensor | None, 
         mag=None if mag is None else mag.at(time_s),
         warnings=(*warnings, *said),
     )
+    return log.kept(np.logical_and.reduce([stream.covers(time_s) for stream in others], axis=0)) if others else log

@@ -23,8 +23,9 @@ from typing import Literal, get_args
 from pytracker._core import InputError
 from pytracker.formats.imu import mt9_log, mt_manager, table
 from pytracker.formats.imu.apdm import is_hdf5, read_apdm
+from pytracker.formats.imu.core_motion import is_motion, read_motion
 from pytracker.formats.imu.mvnx import is_mvnx, read_mvnx
-from pytracker.formats.imu.phone import files_of_phone, is_motion, read_motion, read_phone
+from pytracker.formats.imu.phone import files_of_phone, read_phone
 from pytracker.formats.imu.ximu3 import files_of_ximu3, is_ximu3, read_ximu3
 from pytracker.formats.mat import is_mat, read_mat_imu
 from pytracker.formats.text import read_lines

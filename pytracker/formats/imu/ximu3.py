@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +15,11 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.imu import table
 from pytracker.formats.imu.names import known_as
+from pytracker.formats.imu.stream import Stream
 from pytracker.formats.imu.table import header_of
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.inertial.log import ImuLog
+from pytracker.rotation import without_leaps
 
 __all__ = ["files_of_ximu3", "is_ximu3", "read_ximu3"]
 
@@ -32,8 +33,6 @@ TURNED_OTHERWISE = ("eulerangles", "rotationmatrix")
 """Orientations that are not read."""
 MOST_OF_IT = 0.9
 """A magnetic field that is there for less of the time is left out: the heading is arbitrary."""
-LONG_GAP = 10.0
-"""Messages that stay away for so many of their usual intervals are lost, and nothing is between."""
 
 
 def files_of_ximu3(folder: Path) -> dict[str, Path]:
@@ -62,28 +61,7 @@ def read_ximu3(folder: Path) -> ImuLog:
     return dataclasses.replace(log, warnings=(*log.warnings, words))
 
 
-@dataclass(frozen=True, eq=False)
-class _Message:
-    """Times, s `(M,)`, values `(M, K)` and lines of one kind of message."""
-
-    path: Path
-    time_s: Float
-    values: Float
-    lines: NDArray[np.int64]
-
-    def covers(self, time_s: Float) -> NDArray[np.bool_]:
-        """At which times `(T,)` it is between two messages that follow each other."""
-        wait = np.diff(self.time_s)
-        after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(wait))
-        inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
-        return np.asarray(inside & (wait[after - 1] <= LONG_GAP * np.median(wait)))
-
-    def at(self, time_s: Float) -> Float:
-        """Between its messages `(T, K)`."""
-        return np.stack([np.interp(time_s, self.time_s, column) for column in self.values.T], axis=1)
-
-
-def _oriented(log: ImuLog, turned: _Message) -> ImuLog:
+def _oriented(log: ImuLog, turned: Stream) -> ImuLog:
     """Where there is an orientation. Raises `InputError` where there is none, or one that is no quaternion."""
     kept = turned.covers(log.time_s)
     if kept.sum() < 2:
@@ -101,7 +79,7 @@ def _oriented(log: ImuLog, turned: _Message) -> ImuLog:
     return dataclasses.replace(log, q_world_sensor=np.ascontiguousarray(q), warnings=said)
 
 
-def _magnetic(log: ImuLog, field: _Message) -> ImuLog:
+def _magnetic(log: ImuLog, field: Stream) -> ImuLog:
     """With the magnetic field, where it is there most of the time."""
     lost = ~field.covers(log.time_s)
     if lost.mean() <= 1.0 - MOST_OF_IT:
@@ -110,7 +88,7 @@ def _magnetic(log: ImuLog, field: _Message) -> ImuLog:
     return dataclasses.replace(log, warnings=(*log.warnings, words))
 
 
-def _message(path: Path, columns: Mapping[str, str]) -> _Message:
+def _message(path: Path, columns: Mapping[str, str]) -> Stream:
     header = header_of(read_lines(path))
     names, factor = [], 1.0
     for name in header.names:
@@ -131,7 +109,7 @@ def _message(path: Path, columns: Mapping[str, str]) -> _Message:
     if (back := np.flatnonzero(~(np.diff(time_s[:, 0]) > 0))).size or len(time_s) < 2:
         line = int(table.lines[back[0] + 1]) if back.size else int(table.lines[0])
         raise InputError(f"{path}:{line}: time does not go on, expected two rows at least, of increasing times")
-    return _Message(path, factor * time_s[:, 0], values, table.lines)
+    return Stream(path, table.lines, factor * time_s[:, 0], values)
 
 
 def _turning_on(path: Path, q: Float, lines: NDArray[np.int64]) -> Float:
@@ -140,5 +118,4 @@ def _turning_on(path: Path, q: Float, lines: NDArray[np.int64]) -> Float:
     if odd.size:
         k = int(odd[0])
         raise InputError(f"{path}:{lines[k]}: quaternion {np.round(q[k], 3).tolist()}, expected one of length 1")
-    leaps = np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))
-    return np.asarray(q * np.concatenate([[1.0], leaps])[:, None])
+    return without_leaps(q)

@@ -1,0 +1,44 @@
+"""One sensor of several that tick on their own, as in a phone's folder: its samples, and what lies between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Stream"]
+
+Float = NDArray[np.float64]
+
+LONG_GAP, LONG_GAP_S = 10.0, 0.1
+"""A sensor that is silent for so many of its usual intervals, and so long, has lost samples: nothing is between."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stream:
+    """What one sensor said.
+
+    Attributes:
+        path: its file.
+        lines: line numbers of its samples `(M,)`.
+        time_s: their times, s `(M,)`.
+        values: `(M, K)`.
+    """
+
+    path: Path
+    lines: NDArray[np.int64]
+    time_s: Float
+    values: Float
+
+    def at(self, time_s: Float) -> Float:
+        """Between its samples `(T, K)`."""
+        return np.stack([np.interp(time_s, self.time_s, column) for column in self.values.T], axis=1)
+
+    def covers(self, time_s: Float) -> NDArray[np.bool_]:
+        """At which times `(T,)` it is between two samples that follow each other."""
+        wait = np.diff(self.time_s)
+        after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(wait))
+        inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
+        return np.asarray(inside & (wait[after - 1] <= max(LONG_GAP_S, LONG_GAP * float(np.median(wait)))))
