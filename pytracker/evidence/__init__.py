@@ -13,6 +13,7 @@
 | `lag`, `clocks`, `hanging` | whether a patch moves as the sensor does: later, slower, or not at all |
 | `borne_out`, `points_borne_out`, `ambiguity` | whether pictures, skin and keypoints bear a pose out |
 | `trunk`, `stature`, `facing` | whether who is seen is as large, as tall, and turned as is tracked |
+| `stands_out` | whether the person differs from the background, and the rest of the picture does not |
 | `coloured`, `boards`, `grid` | coloured things that move; calibration boards; a grid of pixels |
 """
 

@@ -19,7 +19,7 @@ from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["ARMS", "COLUMN_M", "CROWN_M", "WINDOW_S", "BorneOut", "head_off"]
+__all__ = ["ARMS", "COLUMN_M", "CROWN_M", "WINDOW_S", "BorneOut", "head_off", "recent"]
 
 SIDES = ("left", "right")
 WRISTS = tuple(f"{side}_wrist" for side in SIDES)
@@ -160,7 +160,7 @@ class BorneOut:
             (self._nobodys, NOBODYS, ("",), "skin that no arm explains"),
         )
         for values, limit, joints, why in checks:
-            rows = _recent(time_s, np.minimum(np.array(values).reshape(len(time_s), -1), MOST_M))
+            rows = recent(time_s, np.minimum(np.array(values).reshape(len(time_s), -1), MOST_M))
             for frame, joint in np.argwhere(rows > limit):
                 reasons[frame][joints[joint]] = why
         return reasons
@@ -238,7 +238,7 @@ def _around(labels: NDArray[Any], places: Array, reach: int) -> list[int]:
     return sorted(found)
 
 
-def _recent(time_s: Array, values: Array) -> Array:
+def recent(time_s: Array, values: Array) -> Array:
     """Mean of what is known over the last `WINDOW_S` `(T, K)`; NaN where nothing is."""
     known = np.isfinite(values)
     sums = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), np.where(known, values, 0.0)]), axis=0)

@@ -20,6 +20,7 @@ from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.evidence.smaller import place_in_smaller
+from pytracker.evidence.stands_out import StandsOut
 from pytracker.evidence.stature import StatureSeen
 from pytracker.evidence.trunk import TrunkSeen
 from pytracker.formats.video import Image
@@ -32,9 +33,7 @@ from pytracker.tracking.tracks import Track
 __all__ = ["BodyTrack", "Shown", "track_body"]
 
 LOOK_EVERY = 10
-"""In every so many frames it is looked whether the skeleton stands on the person."""
-ABOUT_M = 0.08
-"""Clothes of the wall's colour leave holes in the foreground, m."""
+"""In every so many frames it is looked whether a face is seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +67,9 @@ class BodyTrack(Track):
         angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad; of the root in
             the picture's plane: where the camera looks across the world's z axis, in a world turned about y.
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
-        on_person: share of the key joints that have foreground about them, at every tenth frame `(K,)`.
+        on_person: share of the lines from joint to joint, of trunk and arms, that lies on the foreground `(T,)`; NaN
+            where they are outside the picture.
+        floods: in which frames more of the picture than a person differs from the background `(T,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
         face_on_back: share of the head that is skin, where most frames have the skeleton seen from behind; else 0.
         points: keypoints of who is tracked: u, v and standard deviation, px `(T, 9, 3)`; NaN where there are none.
@@ -89,6 +90,7 @@ class BodyTrack(Track):
     angles: Array
     blobs: Array
     on_person: Array
+    floods: NDArray[np.bool_]
     head_off_m: Array
     face_on_back: float = 0.0
     points: Array = field(default_factory=lambda: np.zeros((0, len(KEYPOINTS), 3)))
@@ -121,7 +123,7 @@ class _Watched:
         self.face = FaceSeen(self.seen_by)
         self.stature = StatureSeen(self.seen_by, ends[0], self._first["head"], is_median=is_median)
         self.head_off_m = np.full(2, np.nan)
-        self.on_person: list[float] = []
+        self.stands_out = StandsOut(self.seen_by)
         self.people: list[tuple[float, Array | None]] = []
         self.exchanged: list[bool] = []
         self.points: list[Array] = []
@@ -155,7 +157,8 @@ class _Watched:
             self.stature.look(observation.time_s, means, evidence.foreground)
         if (len(self.people) - 1) % LOOK_EVERY == 0:
             self.face.look(means, evidence)
-            self.on_person.append(self._share_on_person(np.array(list(means.values())), evidence))
+        # The first pose is what the first frame is asked about.
+        self.stands_out.look(observation.time_s, self._first if is_first else means, evidence.foreground)
 
     @property
     def shown(self) -> Shown | None:
@@ -185,19 +188,10 @@ class _Watched:
         self.points_astray_m = points.median_off_m
         seen = points.reasons() if self.is_alone else self.borne_out.reasons()
         moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
-        for words, of_distance in zip(seen, moved, strict=True):
-            _add(words, of_distance)
+        stood_out = [] if self.is_alone or self.has_keypoints else self.stands_out.reasons()
+        for words, why in [*zip(seen, moved, strict=True), *zip(seen, stood_out, strict=False)]:
+            _add(words, why)
         return seen
-
-    def _share_on_person(self, joints: Array, evidence: BodyEvidence) -> float:
-        """Of the key joints, how many have foreground about them."""
-        pixels, reach = self.seen_by.project(joints), ABOUT_M * self.seen_by.px_per_m(joints)
-        on_person = 0
-        for (u, v), px in zip(pixels, reach, strict=True):
-            if np.isfinite([u, v, px]).all():
-                rows, columns = (slice(max(0, round(x - px)), max(0, round(x + px) + 1)) for x in (v, u))
-                on_person += bool(evidence.foreground[rows, columns].any())
-        return on_person / len(joints)
 
 
 def track_body(
@@ -283,7 +277,8 @@ def _assemble(
         free=method.channels,
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
         blobs=blobs,
-        on_person=np.array(watched.on_person),
+        on_person=found.rows(np.array(watched.stands_out.shares)),
+        floods=found.rows(np.array(watched.stands_out.floods)) > 0,
         face_on_back=watched.face.on_back,
         head_off_m=watched.head_off_m,
         points=found.rows(np.array(watched.points).reshape(-1, len(KEYPOINTS), 3)),

@@ -33,8 +33,10 @@ second it is the recording that is suspected, not the detector."""
 FACE = 0.45
 """So much of a head is skin, in the median frame, where its face is seen: of seven clips of two people 0.48 to 1."""
 
-LEAST_ON_PERSON = 0.6
-"""Where fewer of the key joints are on the foreground, more is wrong than a limb that was lost."""
+FIRST_ON_PERSON, LEAST_ON_PERSON = 0.65, 0.6
+"""Less of trunk and arms lies on the foreground, of the first pose and of all, where the pose is beside the person, or
+the person too like the wall. Of right first poses of people 0.75 lies there at least, and of their tracks; half as
+different from the wall they have 0.5 at most."""
 
 
 def of_body(track: BodyTrack) -> tuple[str, ...]:
@@ -43,7 +45,7 @@ def of_body(track: BodyTrack) -> tuple[str, ...]:
     late = others or _of_late_points(track)
     # Keypoints of other frames would be laid on the sensors' clocks.
     sensors = () if late else of_sensors(track)
-    first = _of_first_pose(track) or of_camera_place(track)
+    first = _of_background(track) or _of_first_pose(track) or of_camera_place(track)
     return (*_of_light(track), *_of_sides(track), *_of_face(track), *late, *first, *sensors)
 
 
@@ -56,6 +58,18 @@ def _of_light(track: BodyTrack) -> tuple[str, ...]:
         f"{where_of(track.recording)}: the light is dim or of another colour than the camera took it for, or the face "
         f"of the first frame is hidden: pictures were multiplied by {blue:.2f} (blue), {green:.2f} (green) and "
         f"{red:.2f} (red), which makes that face as faces usually are",
+    )
+
+
+def _of_background(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where more is foreground than a person: little is known of where they are then."""
+    if not track.floods.any():
+        return ()
+    floods = np.flatnonzero(track.floods)
+    return (
+        f"{where_of(track.recording)}: in {len(floods)} of {len(track.time_s)} frames, first in frame {floods[0]}, "
+        "more of the picture differs from the background than a person: did the light change, or the camera move, "
+        "since it was taken, or is it dark?",
     )
 
 
@@ -131,34 +145,47 @@ def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:
             f"{np.median(track.points_astray_m[astray]):.1f} m beside the person who is tracked: does the detector "
             "follow somebody else there, or has the track left the person?",
         )
-    if not len(track.on_person):
+    on_person = track.on_person[np.isfinite(track.on_person)]
+    if not len(on_person):
         return ()
-    first, all_frames = track.on_person[0], float(np.mean(track.on_person))
-    least = f"expected {LEAST_ON_PERSON:.0%} at least"
-    if min(first, all_frames) < LEAST_ON_PERSON and track.points_off_m < POINTS_ON_M:
+    first, all_frames = float(on_person[0]), float(np.median(on_person))
+    is_first_off, is_off = first < FIRST_ON_PERSON, all_frames < LEAST_ON_PERSON
+    if (is_first_off or is_off) and track.points_off_m < POINTS_ON_M:
         return (
-            f"{where}: {min(first, all_frames):.0%} of the joints are on the foreground, {least}, though the arms are "
-            "where their keypoints are: the background holds a part of the person; camera.background names one without",
+            f"{where}: {min(first, all_frames):.0%} of trunk and arms lie on the foreground, expected "
+            f"{LEAST_ON_PERSON:.0%} at least, though the arms are where their keypoints are: the background holds a "
+            "part of the person (camera.background names one without), or the person is too like it",
         )
-    if first < LEAST_ON_PERSON:
+    too_little = (
+        f"{first:.0%} of the pose's trunk and arms lie on the foreground, expected {FIRST_ON_PERSON:.0%} at least"
+        if is_first_off
+        else ""
+    )
+    if said := "; ".join(filter(None, (too_little, _head_off(track)))):
+        like = "; the background may hold the person, or be too like clothes and skin" if is_first_off else ""
         return (
-            f"{where}: at the first frame {first:.0%} of the joints are on the foreground, {least}: check the first "
-            "pose, the skeleton and the camera, and that the background does not hold the person",
+            f"{where}: at the first frame {said}: check the first pose, the skeleton's size, and the camera or its "
+            f"points{like}",
         )
-    right_m, below_m = track.head_off_m
-    if abs(right_m) > HEAD_BESIDE_M or abs(below_m) > HEAD_ABOVE_M:
-        side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
+    if is_off:
         return (
-            f"{where}: at the first frame the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's "
-            f"and {100 * abs(below_m):.0f} cm {height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and "
-            f"{100 * HEAD_ABOVE_M:.0f} cm: check the first pose, the skeleton's size, and the camera or its points",
-        )
-    if all_frames < LEAST_ON_PERSON:
-        return (
-            f"{where}: {all_frames:.0%} of the joints are on the foreground, {least}: see the overlay for whether the "
-            "skeleton has left the person",
+            f"{where}: in half of the frames less than {all_frames:.0%} of trunk and arms lie on the foreground, "
+            f"expected {LEAST_ON_PERSON:.0%} at least: has the skeleton left the person (see the overlay), or do "
+            "clothes and skin hardly differ from the background?",
         )
     return ()
+
+
+def _head_off(track: BodyTrack) -> str:
+    """Where the person's head is at the first frame, where that is not the skeleton's; else empty."""
+    right_m, below_m = track.head_off_m
+    if not (abs(right_m) > HEAD_BESIDE_M or abs(below_m) > HEAD_ABOVE_M):
+        return ""
+    side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
+    return (
+        f"the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's and {100 * abs(below_m):.0f} cm "
+        f"{height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and {100 * HEAD_ABOVE_M:.0f} cm"
+    )
 
 
 def _lies(track: BodyTrack) -> tuple[str, ...]:
