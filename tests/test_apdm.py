@@ -54,6 +54,12 @@ def test_the_only_sensor_is_the_one(tmp_path: Path) -> None:
     assert read_imu(opal(tmp_path / "there.h5", ("Right Wrist",))).warnings == ()
 
 
+def test_sides_may_be_letters(tmp_path: Path) -> None:
+    path = opal(tmp_path / "trial.h5", ("L Wrist", "R Wrist"))
+    assert read_imu(path, segment="right_forearm").acc == pytest.approx(ACC[1])
+    assert read_imu(path, segment="left_forearm").acc == pytest.approx(ACC[0])
+
+
 def test_what_is_amiss_is_said(tmp_path: Path) -> None:
     path = opal(tmp_path / "trial.h5", ("Lumbar", "Right Foot"))
     with pytest.raises(pt.InputError, match=r"its sensors are 100 \(Lumbar\), 101 \(Right Foot\), expected one on"):

@@ -138,6 +138,22 @@ def test_a_fault_in_a_skeleton_is_named(tmp_path: Path, old: str, new: str, expe
     assert "a.asf" in str(error.value)
 
 
+def test_a_roots_orientation_is_in_the_files_unit(tmp_path: Path) -> None:
+    """In radians it was taken for degrees: 8 cm off at the head, unsaid."""
+    turned = ASF.replace("orientation 0 0 0", "orientation 0 90 0")
+    assert turned != ASF
+    radians = turned.replace("angle deg", "angle rad").replace("orientation 0 90 0", "orientation 0 1.5707963268 0")
+    for old, new in (("axis 0 0 90", "axis 0 0 1.5707963268"), ("(-20.0 45.0)", "(-0.3490658504 0.7853981634)"),
+                     ("(-30.0 30.0)", "(-0.5235987756 0.5235987756)")):  # fmt: skip
+        assert old in radians
+        radians = radians.replace(old, new)
+    one, other = read_asf(asf(tmp_path, turned)), read_asf(asf(tmp_path, radians, "b.asf"))
+    pose = np.full((1, len(one.channels)), 0.4)
+    places = one.core.pose(pose)[1]
+    np.testing.assert_allclose(other.core.pose(pose)[1], places, atol=1e-8)
+    assert np.abs(read_asf(asf(tmp_path, name="c.asf")).core.pose(pose)[1] - places).max() > 0.01
+
+
 def test_motion_in_metres_and_radians(tmp_path: Path) -> None:
     skeleton = read_asf(asf(tmp_path))
     motion = read_amc(asf(tmp_path, AMC.replace("\n", "\r\n"), "a.amc"), skeleton)

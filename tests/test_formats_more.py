@@ -58,7 +58,7 @@ def test_a_mat_file_is_what_a_csv_would_be(tmp_path: Path) -> None:
             {"acc": np.zeros((5, 3)), "gyr": np.zeros((5, 3), complex), "fs": 50.0},
             "gyr is no plain array of real numbers",
         ),
-        ({"acc": np.zeros((3, 5)), "fs": 100.0}, r"acc has shape \(3, 5\), expected \(3, 3\)"),
+        ({"acc": np.zeros((3, 5)), "fs": 100.0}, r"acc has shape \(3, 5\), expected \(5, 3\), a row"),
         ({"acc": np.zeros((5, 3)), "gyr": np.zeros((4, 3)), "fs": 100.0}, r"gyr has shape \(4, 3\), expected \(5, 3\)"),
     ],
 )
@@ -104,6 +104,30 @@ Frame Time: 0.02
 0 90 0 0 0 0 0 0 0
 0 90 0 0 0 0 90 0 0
 """
+
+
+def test_a_bvh_may_take_liberties(tmp_path: Path) -> None:
+    """Comments and blank lines above, other letters, and the unit of CMU's motions."""
+    (tmp_path / "a.bvh").write_text(BVH)
+    usual = read_bvh(tmp_path / "a.bvh")
+    (tmp_path / "b.bvh").write_text(
+        "# made by hand\n\n" + BVH.replace("position", "POSITION").replace("rotation", "Rotation")
+    )
+    for name, places in read_bvh(tmp_path / "b.bvh").positions_m.items():
+        np.testing.assert_allclose(places, usual.positions_m[name])
+    scale = 0.015 / (0.0254 / 0.45)
+
+    def smaller(line: str) -> str:
+        words = line.split()
+        return (
+            " ".join(["OFFSET", *(f"{scale * float(x):.9f}" for x in words[1:])]) if words[:1] == ["OFFSET"] else line
+        )
+
+    head, motion = BVH.split("MOTION")
+    (tmp_path / "c.bvh").write_text("\n".join(map(smaller, head.split("\n"))) + "MOTION" + motion)
+    found = read_bvh(tmp_path / "c.bvh").positions_m
+    expected = 1.5 * (usual.positions_m["LeftArm"][0] - usual.positions_m["Hips"][0])
+    np.testing.assert_allclose(found["LeftArm"][0] - found["Hips"][0], expected, atol=1e-6)
 
 
 def test_a_bvh_file_is_where_its_joints_are(tmp_path: Path) -> None:

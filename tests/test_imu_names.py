@@ -11,7 +11,10 @@ import pytest
 import pytracker as pt
 from pytracker.formats.imu.names import Column, known_as
 from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.check import check
 from pytracker.inertial.gravity import GRAVITY
+from pytracker.inertial.log import ImuLog
+from pytracker.inertial.orientation import orient
 from pytracker.rotation import Array
 
 PHYPHOX = '"Time (s)";"Acceleration x (m/s^2)";"Acceleration y (m/s^2)";"Acceleration z (m/s^2)"'
@@ -191,7 +194,7 @@ def test_a_date_that_is_none_is_named(tmp_path: Path) -> None:
         read_imu(path)
 
 
-@pytest.mark.parametrize("clock", ["24:00:00.01", "12:00:61", "12:00:00 PM", "12:00:00.01.2"])
+@pytest.mark.parametrize("clock", ["24:00:00.01", "12:00:61", "12:00:00 XM", "13.13.2024 12:00:00", "12:00:00.01.2"])
 def test_a_time_of_day_that_is_none_is_named(clock: str, tmp_path: Path) -> None:
     path = tmp_path / "imu.csv"
     path.write_text(f"time,acc_x,acc_y,acc_z\n12:00:00.00,0,0,9.8\n{clock},0,0,9.8\n")
@@ -210,3 +213,65 @@ def test_a_quoted_cell_without_end_is_no_other_error(tmp_path: Path) -> None:
     path.write_text('time_s,acc_x,acc_y,acc_z\n0,0,0,"' + "9" * 200_000 + "\n")
     with pytest.raises(pt.InputError, match=r"imu\.csv:2: acc_z is"):
         read_imu(path)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("2024/05/01 10:00:00.00", "2024/05/01 10:00:00.25"),
+        ("01.05.2024 10:00:00,00", "01.05.2024 10:00:00,25"),
+        ("04/30/2024 11:59:59.90 PM", "05/01/2024 12:00:00.15 AM"),
+        ("20240501T105950.75Z", "20240501T105951Z"),
+        ("2024-10-27T02:59:59.990+02:00", "2024-10-27T02:00:00.240+01"),
+        ("11:59:59.9 am", "12:00:00.15 pm"),
+        ("23:59:59.9", "00:00:00.15"),
+    ],
+)
+def test_dates_are_read_as_others_write_them(first: str, second: str, tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text(f"time;acc_x;acc_y;acc_z\n{first};0;0;9.8\n{second};0;0;9.8\n")
+    assert read_imu(path).time_s == pytest.approx([0.0, 0.25])
+
+
+def test_ticks_of_a_clock_are_told_by_their_size_or_the_rate(tmp_path: Path) -> None:
+    """Of .NET's 100 ns an IMU of 100 Hz was one of 10 Hz: 23 cm off, valid, and the camera was blamed."""
+
+    def of(first: int, step: int, **more: float) -> ImuLog:
+        path = tmp_path / "imu.csv"
+        rows = "".join(f"{first + k * step},0,0,9.8\n" for k in range(50))
+        path.write_text("timestamp,acc_x,acc_y,acc_z\n" + rows)
+        return read_imu(path, **more)  # type: ignore[arg-type]
+
+    for first in (638_500_000_000_000_000, 133_500_000_000_000_000):
+        log = of(first, 100_000)
+        assert np.diff(log.time_s) == pytest.approx(0.01, abs=1e-4)
+        assert "taken as ticks of 100 ns, of 100 Hz" in log.warnings[0]
+    log = of(0, 100_000)
+    assert "taken as microseconds, of 10 Hz" in log.warnings[0]
+    assert "Or is it in ticks of 100 ns, of 100 Hz? rate_hz would say it" in log.warnings[0]
+    assert np.diff(of(0, 100_000, rate_hz=100.0).time_s) == pytest.approx(0.01)
+    assert np.diff(of(0, 100, rate_hz=100.0).time_s) == pytest.approx(0.01)
+
+
+def test_what_was_guessed_is_said_where_a_log_contradicts_itself(tmp_path: Path) -> None:
+    """The hint at another unit of the gyroscope led from a clock that was read ten times too slow to a wrong track."""
+    path = tmp_path / "imu.csv"
+    path.write_text("timestamp,acc_x,acc_y,acc_z\n" + "".join(f"{k * 100_000},0,0,1\n" for k in range(50)))
+    with pytest.raises(pt.InputError, match=r"units of g.*its clock does not say its unit"):
+        check(read_imu(path))
+
+
+def test_rows_of_empty_cells_are_none(tmp_path: Path) -> None:
+    """As spreadsheets leave them below the last."""
+    path = tmp_path / "imu.csv"
+    path.write_text("time_s,acc_x,acc_y,acc_z\n0.0,0,0,9.8\n0.01,0,0,9.8\n,,,\n,,,\n")
+    assert len(read_imu(path).time_s) == 2
+
+
+def test_a_gyroscope_that_is_not_known_is_shown(tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text("time_s,acc_x,acc_y,acc_z,omega_1,omega_2,omega_3\n" + "0,0,0,9.8,1,2,3\n0.01,0,0,9.8,1,2,3\n")
+    with pytest.raises(
+        pt.InputError, match=r"nor a gyroscope \(it has omega_1, omega_2, omega_3 beside, which are not"
+    ):
+        orient(read_imu(path))

@@ -14,7 +14,9 @@ from test_cli import run
 import pytracker as pt
 from pytracker.formats.c3d import read_c3d
 from pytracker.formats.markers import Markers, check_times, without_fillers
+from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.trc import read_trc
+from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.truth import POINT_FORMATS
 from pytracker.report.tables import TrackFile
@@ -83,6 +85,29 @@ def test_zeros_are_gaps_but_of_a_joint_that_is_the_origin(tmp_path: Path, suffix
     found = POINT_FORMATS[f".{suffix}"](path)
     assert found.gaps == {"shoulder": 0, "wrist": 3}
     assert np.isnan(found.positions_m["wrist"][[4, 5, 20]]).all()
+
+
+def test_a_truth_may_stand_below_comments(tmp_path: Path) -> None:
+    path = tmp_path / "t.csv"
+    path.write_text("# exported\n\ntime_s,wrist_x_m,wrist_y_m,wrist_z_m\n0,1,2,3\n0.1,1,2,3\n")
+    assert read_truth_csv(path).positions_m["wrist"][1] == pytest.approx([1, 2, 3])
+
+
+def test_a_value_of_a_trc_may_be_blank(tmp_path: Path) -> None:
+    head = "PathFileType\t4\t(X/Y/Z)\tt.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t\t2\t1\tm\n"
+    path = tmp_path / "t.trc"
+    path.write_text(head + "Frame#\tTime\twrist\n\t\tX1\tY1\tZ1\n1\t0.00\t1\t2\t3\n2\t0.01\t1\t2\t3\n")
+    assert read_trc(path).positions_m["wrist"][0] == pytest.approx([1, 2, 3])
+
+
+def test_rows_of_tabs_alone_are_rows(tmp_path: Path) -> None:
+    """Where no marker is seen at first; the file was said to be cut short."""
+    rows = ["\t" * 2, "\t" * 2, "100.0\t200.0\t300.0"]
+    path = tmp_path / "q.tsv"
+    path.write_text("\n".join(["NO_OF_FRAMES\t3", "FREQUENCY\t100", "MARKER_NAMES\twrist", *rows]) + "\n")
+    found = read_qualisys(path)
+    assert np.isnan(found.positions_m["wrist"][:2]).all()
+    assert found.positions_m["wrist"][2] == pytest.approx([0.1, 0.2, 0.3])
 
 
 def test_other_fillers_are_gaps_too() -> None:
@@ -156,6 +181,20 @@ def test_a_label_that_stands_twice_names_neither(tmp_path: Path) -> None:
     written["data"]["points"] = np.ones((4, 3, 5))
     written.write(str(tmp_path / "a.c3d"))
     assert list(read_c3d(tmp_path / "a.c3d").positions_m) == ["elbow", "wrist (1 of 2)", "wrist (2 of 2)"]
+
+
+def test_more_points_than_a_parameter_has_values_keep_their_names(tmp_path: Path) -> None:
+    """Of 300 points those from the 256th on were lost, unsaid: their labels are in LABELS2."""
+    file = ezc3d.c3d()
+    names = [f"m{k}" for k in range(300)]
+    file["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    file["parameters"]["POINT"]["UNITS"]["value"] = ["m"]
+    file["parameters"]["POINT"]["LABELS"]["value"] = names
+    file["data"]["points"] = np.ones((4, 300, 5)) * (1.0 + np.arange(300)[:, None] / 100.0)
+    file.write(str(tmp_path / "many.c3d"))
+    found = read_c3d(tmp_path / "many.c3d")
+    assert list(found.positions_m) == names
+    assert found.positions_m["m299"] == pytest.approx(np.full((5, 3), 3.99))
 
 
 def test_what_is_no_c3d_is_refused(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 import pytracker as pt
 from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.check import check
-from pytracker.rotation import Array, rotate
+from pytracker.rotation import Array, multiply, rotate
 from pytracker.simulate.arm import ArmSimulation
 
 ABOVE = """sep=,
@@ -75,6 +75,27 @@ def test_gravity_is_put_back(worn: tuple[Array, Array, Array, Array], export: Ca
     assert log.acc == pytest.approx(acc, abs=1e-6)
     (words,) = check(log).warnings
     assert "its acceleration is free of gravity, which is put back by its orientation" in words
+
+
+def test_gravity_is_put_back_downwards_too(
+    worn: tuple[Array, Array, Array, Array], export: Callable[..., Path]
+) -> None:
+    """Of an earth frame that is north, east, down, as MT Manager says of it; there was no way to load it."""
+    _, acc, _, q = worn
+    down = np.array([0.0, np.sqrt(0.5), np.sqrt(0.5), 0.0])
+    q_ned = multiply(np.broadcast_to(down, q.shape), q)
+    free = rotate(q_ned, acc) + np.array([0.0, 0.0, 9.80665])
+    names = [*QUATERNION, "FreeAcc_X", "FreeAcc_Y", "FreeAcc_Z"]
+    log = read_imu(export(names, q_ned, free, above="// General information:\n// Coordinate system: NED\n"))
+    assert log.acc == pytest.approx(acc, abs=1e-6)
+
+
+def test_columns_that_stand_twice_are_refused(
+    worn: tuple[Array, Array, Array, Array], export: Callable[..., Path]
+) -> None:
+    _, acc, _, _ = worn
+    with pytest.raises(pt.InputError, match="column 'Acc_X' stands more than once, expected one sensor a file"):
+        read_imu(export(["Acc_X", "Acc_Y", "Acc_Z"] * 2, acc, acc))
 
 
 def test_without_a_word_above_its_header(worn: tuple[Array, Array, Array, Array], export: Callable[..., Path]) -> None:

@@ -82,7 +82,7 @@ def read_asf(path: Path | str) -> Skeleton:
     file = _File(Path(path))
     unit_m, in_degrees = _units(file)
     bones = {bone.name: bone for bone in (_bone(file, entry, unit_m, in_degrees) for entry in _entries(file))}
-    root = _root(file)
+    root = _root(file, math.pi / 180 if in_degrees else 1.0)
     ordered = _hierarchy(file, bones)
     index = {"root": 0, **{name: k + 1 for k, (name, _) in enumerate(ordered)}}
     whole = [root]
@@ -219,7 +219,7 @@ def _limits(file: _File, entry: _Entry, name: str, count: int, scale: float) -> 
     return pairs
 
 
-def _root(file: _File) -> Bone:
+def _root(file: _File, scale: float) -> Bone:
     channels: tuple[str, ...] = ("tx", "ty", "tz", "rx", "ry", "rz")
     angles, order, first = np.zeros(3), (0, 1, 2), file.sections["root"][0][0]
     for line, (key, *words) in file.sections["root"]:
@@ -237,7 +237,7 @@ def _root(file: _File) -> Bone:
             if values.shape != (3,) or not np.isfinite(values).all():
                 raise file.fault(line, f"{key} is {' '.join(words)!r}, expected three finite numbers")
             if key.lower() == "orientation":
-                angles = np.radians(values)
+                angles = values * scale
     if not channels:
         raise file.fault(first, "root has no order, expected TX TY TZ RX RY RZ")
     free = ((-math.inf, math.inf),) * len(channels)

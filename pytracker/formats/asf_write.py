@@ -17,14 +17,15 @@ __all__ = ["write_asf"]
 
 def write_asf(path: Path | str, skeleton: Skeleton) -> None:
     """Write a skeleton, in its own units, as `read_asf` and any Acclaim reader read it."""
+    turn = math.pi / 180 if skeleton.in_degrees else 1.0
     lines = [
         "# written by pytracker", ":version 1.10", ":name pytracker", ":units", "  mass 1.0",
         f"  length {INCH_M / skeleton.unit_m:.9g}", f"  angle {'deg' if skeleton.in_degrees else 'rad'}",
         ":documentation", "  the skeleton that was tracked",
-        *_root(skeleton.bones[0]), ":bonedata",
+        *_root(skeleton.bones[0], turn), ":bonedata",
     ]  # fmt: skip
     for number, bone in enumerate(skeleton.bones[1:], 1):
-        lines += _bone(number, bone, skeleton)
+        lines += _bone(number, bone, skeleton.unit_m, turn)
     lines += [":hierarchy", "  begin"]
     for parent, bone in enumerate(skeleton.bones):
         children = [child.name for child in skeleton.bones if child.parent == parent]
@@ -33,21 +34,19 @@ def write_asf(path: Path | str, skeleton: Skeleton) -> None:
     Path(path).write_text("\n".join([*lines, "  end", ""]), "latin-1", newline="\n")
 
 
-def _root(root: Bone) -> list[str]:
-    # A root's orientation is in degrees, whatever the unit of angles.
+def _root(root: Bone, turn: float) -> list[str]:
     return [
         ":root", f"  order {' '.join(root.channels).upper()}", f"  axis {_letters(root)}", "  position 0 0 0",
-        f"  orientation {_numbers(np.degrees(_angles(root.frame, root.order)))}",
+        f"  orientation {_numbers(np.array(_angles(root.frame, root.order)) / turn)}",
     ]  # fmt: skip
 
 
-def _bone(number: int, bone: Bone, skeleton: Skeleton) -> list[str]:
-    turn = math.pi / 180 if skeleton.in_degrees else 1.0
+def _bone(number: int, bone: Bone, unit_m: float, turn: float) -> list[str]:
     length_m = float(np.linalg.norm(bone.reach_m))
     along = np.array(bone.reach_m) / length_m if length_m > 0 else np.array([0.0, 1.0, 0.0])
     lines = [
         "  begin", f"    id {number}", f"    name {bone.name}", f"    direction {_numbers(along)}",
-        f"    length {_numbers([length_m / skeleton.unit_m])}",
+        f"    length {_numbers([length_m / unit_m])}",
         f"    axis {_numbers(np.array(_angles(bone.frame, bone.order)) / turn)} {_letters(bone)}",
     ]  # fmt: skip
     if bone.channels:

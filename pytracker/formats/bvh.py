@@ -18,6 +18,8 @@ from pytracker.rotation import Array
 __all__ = ["read_bvh"]
 
 UNITS_M = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
+CMU_M = 0.0254 / 0.45
+"""The unit of CMU's motions, kept where they were turned into BVH; where no usual one fits."""
 TALL_M = (1.0, 2.3)
 """A person in the first frame is as large along one axis; no unit but one makes it so."""
 INTERVALS_S = (1e-4, 1.0)
@@ -44,9 +46,10 @@ def read_bvh(path: Path | str) -> Markers:
     """
     path = Path(path)
     lines = read_lines(path)
-    if not lines or lines[0].strip().upper() != "HIERARCHY":
-        raise InputError(f"{path}:1: starts with {lines[0][:40] if lines else ''!r}, expected HIERARCHY")
-    joints, first = _hierarchy(path, lines)
+    top = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), 0)
+    if lines[top].strip().upper() != "HIERARCHY":
+        raise InputError(f"{path}:{top + 1}: starts with {lines[top][:40]!r}, expected HIERARCHY")
+    joints, first = _hierarchy(path, lines, top + 1)
     names = [joint.name for joint in joints]
     if len(set(names)) != len(names):
         raise InputError(f"{path}: has two joints of one name, expected a name each: {', '.join(names)[:200]}")
@@ -57,11 +60,11 @@ def read_bvh(path: Path | str) -> Markers:
     return Markers(np.arange(len(rows)) / rate_hz, positions, rate_hz)
 
 
-def _hierarchy(path: Path, lines: list[str]) -> tuple[list[Joint], int]:
+def _hierarchy(path: Path, lines: list[str], top: int) -> tuple[list[Joint], int]:
     """The joints, parents first; and the number of the line after MOTION."""
     joints: list[Joint] = []
     stack: list[int] = []
-    for at, line in enumerate(lines[1:], start=1):
+    for at, line in enumerate(lines[top:], start=top):
         words = line.split()
         match words:
             case []:
@@ -77,7 +80,7 @@ def _hierarchy(path: Path, lines: list[str]) -> tuple[list[Joint], int]:
             case ["OFFSET", x, y, z] if stack:
                 joints[stack[-1]].offset = _offset(path, at + 1, (x, y, z))
             case ["CHANNELS", count, *channels] if stack and _are_channels(count, channels):
-                joints[stack[-1]].channels = channels
+                joints[stack[-1]].channels = _as_ours(channels)
             case ["MOTION"] if joints and not stack:
                 return joints, at + 1
             case _:
@@ -96,7 +99,12 @@ def _offset(path: Path, line: int, cells: tuple[str, ...]) -> Array:
 
 
 def _are_channels(count: str, channels: list[str]) -> bool:
-    return count == str(len(channels)) and set(channels) <= {*CHANNELS}
+    return count == str(len(channels)) and set(_as_ours(channels)) <= {*CHANNELS}
+
+
+def _as_ours(channels: list[str]) -> list[str]:
+    """In the usual letters: `Xposition`."""
+    return [channel.capitalize() for channel in channels]
 
 
 def _motion(path: Path, lines: list[str], first: int, width: int) -> tuple[float, Array]:
@@ -132,11 +140,13 @@ def _unit_m(path: Path, first: Array) -> float:
     """By how large the skeleton `(J, 3)` is in its first frame."""
     large = float((first.max(axis=0) - first.min(axis=0)).max())
     fitting = [unit for unit in UNITS_M.values() if TALL_M[0] <= large * unit <= TALL_M[1]]
+    if not fitting and TALL_M[0] <= large * CMU_M <= TALL_M[1]:
+        return CMU_M
     if len(fitting) != 1:
         least, most = TALL_M
         raise InputError(
             f"{path}: the skeleton is {large:.4g} units large in the first frame, expected {least:g} to {most:g} m in "
-            f"one of: {', '.join(UNITS_M)}"
+            f"one of: {', '.join(UNITS_M)}, CMU's 1/0.45 inch"
         )
     return fitting[0]
 

@@ -11,6 +11,8 @@ from pytracker.formats.markers import Markers, without_fillers
 
 __all__ = ["read_c3d"]
 
+MOST_LABELS = 256
+"""Parameters of labels are numbered up to this."""
 UNITS_M = {
     **dict.fromkeys(("mm", "millimeters", "millimetres"), 0.001),
     **dict.fromkeys(("cm", "centimeters", "centimetres"), 0.01),
@@ -30,7 +32,9 @@ def read_c3d(path: Path | str) -> Markers:
     try:
         data = ezc3d.c3d(str(path))
         parameters = data["parameters"]["POINT"]
-        labels = list(parameters["LABELS"]["value"])
+        # A parameter has 255 values at most: further ones are in LABELS2, LABELS3, ...
+        numbered = (f"LABELS{number}" for number in ("", *range(2, MOST_LABELS)))
+        labels = [label for name in numbered if name in parameters for label in parameters[name]["value"]]
         unit = " ".join(map(str, parameters["UNITS"]["value"])).strip().lower()
         header = data["header"]["points"]
         rate_hz, began = float(header["frame_rate"]), int(header["first_frame"])
@@ -49,8 +53,12 @@ def read_c3d(path: Path | str) -> Markers:
     names = _numbered(short if len(set(short)) == len(short) else names)
     placed = [np.where(seen[k][:, None], points[:3, k].T * UNITS_M[unit], np.nan) for k in range(len(names))]
     positions = {name: without_fillers(rows) for name, rows in zip(names, placed, strict=True)}
-    words = f"{path}: its first frame is number {began + 1} of what was recorded: times are counted from it on"
-    return Markers(np.arange(points.shape[2]) / rate_hz, positions, rate_hz, (words,) if began > 0 else ())
+    said = []
+    if began > 0:
+        said.append(f"{path}: its first frame is number {began + 1} of what was recorded: times are counted from it on")
+    if len(labels) < points.shape[1]:
+        said.append(f"{path}: has {points.shape[1]} points and {len(labels)} labels: those without one are left out")
+    return Markers(np.arange(points.shape[2]) / rate_hz, positions, rate_hz, tuple(said))
 
 
 def _numbered(names: list[str]) -> list[str]:

@@ -53,9 +53,10 @@ def read_mat_imu(path: Path, rate_hz: float | None = None) -> ImuLog:
     acc = found["acc"]
     if acc is None:
         raise InputError(f"{path}: has {_listed(arrays)}, expected imu_acc or acc, specific force (M, 3) in m/s²")
+    count = max(acc.shape)
     for ours, values in found.items():
-        if values is not None and values.shape != (len(acc), WIDTHS.get(ours, 3)):
-            raise InputError(f"{path}: {ours} has shape {values.shape}, expected {(len(acc), WIDTHS.get(ours, 3))}")
+        if values is not None and values.shape != (expected := (count, WIDTHS.get(ours, 3))):
+            raise InputError(f"{path}: {ours} has shape {values.shape}, expected {expected}, a row a sample")
     time_s, rate_hz = _times(path, arrays, len(acc), rate_hz)
     return ImuLog(
         path=path, lines=np.arange(1, len(acc) + 1), time_s=time_s, rate_hz=rate_hz,
@@ -71,7 +72,8 @@ def read_mat_points(path: Path) -> Markers:
     if not points:
         raise InputError(f"{path}: has {_listed(arrays)}, expected points (M, 3) in m")
     count = max(len(values) for values in points.values())
-    points = {name: values for name, values in points.items() if len(values) == count}
+    if short := [name for name, values in points.items() if len(values) != count]:
+        raise InputError(f"{path}: {short[0]} has {len(points[short[0]])} rows and others {count}, expected as many")
     time_s, rate_hz = _times(path, arrays, count)
     seen = {name: np.isfinite(of).all(axis=1).reshape(-1, 1) for name, of in points.items()}
     positions = {name: without_fillers(np.where(seen[name], of, np.nan)) for name, of in points.items()}

@@ -83,7 +83,7 @@ def _header(path: Path, lines: list[str]) -> tuple[dict[str, list[str]], int]:
         key, *values = line.split("\t")
         if key.strip() in KEYS:
             header[key.strip()] = values or [""]
-        elif line.strip() and _is_row(line):
+        elif (line.strip() or ("\t" in line and "MARKER_NAMES" in header)) and _is_row(line):
             if not header:
                 raise InputError(f"{path}:1: begins with numbers, expected a QTM header (switch it on in the export)")
             return header, index

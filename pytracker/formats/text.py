@@ -21,6 +21,8 @@ Float = NDArray[np.float64]
 
 EMPTY = {"", "nan", "null", "none", "na", "n/a"}
 """Cells that say "no value", lower-case."""
+EMPTY_ROW = ' ,;"'
+"""What rows of a spreadsheet hold below its last; tabs may stand for cells that are empty in a row that is there."""
 DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
@@ -112,7 +114,7 @@ class Table:
 def parse_table(
     path: Path, lines: Sequence[str], first: int, names: Sequence[str], delimiter: str, wanted: set[str]
 ) -> Table:
-    """Numbers of the `wanted` columns in `lines[first:]`; blank lines are passed over.
+    """Numbers of the `wanted` columns in `lines[first:]`; lines that are blank or of empty cells are passed over.
 
     Raises `InputError` for a row with another number of cells than names, a cell that is no number, or no row.
     """
@@ -120,7 +122,7 @@ def parse_table(
     rows, numbers = [], []
     for index in range(first, len(lines)):
         line = lines[index]
-        if not line.strip(" "):
+        if not line.strip(EMPTY_ROW):
             continue
         cells = _split_cells(line, delimiter, len(names))
         if len(cells) != len(names):

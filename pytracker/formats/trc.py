@@ -65,7 +65,10 @@ def _trajectories(path: Path) -> _Trajectories:
         raise InputError(
             f"{path}:1: starts with {lines[0][:40]!r}, expected PathFileType and five header lines of a TRC"
         )
-    header = dict(zip(lines[1].split(), lines[2].split(), strict=False))
+    keys, values = lines[1].split(), lines[2].split()
+    if len(values) < len(keys):  # one is blank, between its tabs
+        keys, values = ([cell.strip() for cell in line.split("\t")] for line in lines[1:3])
+    header = dict(zip(keys, values, strict=False))
     rate_hz = number(header.get("DataRate", ""), path, 3, "DataRate")
     frame_count = number(header.get("NumFrames", ""), path, 3, "NumFrames")
     names = _names(path, lines[3])

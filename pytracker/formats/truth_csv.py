@@ -1,6 +1,7 @@
 """Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`.
 
-A gap is an empty cell, or (0, 0, 0) where no row before or after leads there.
+Comments (`#`) may stand above the header. A gap is an empty cell, or (0, 0, 0) where no row before or after leads
+there.
 """
 
 from __future__ import annotations
@@ -19,19 +20,21 @@ __all__ = ["read_truth_csv"]
 def read_truth_csv(path: Path | str) -> Markers:
     """Read it. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
-    delimiter, lines = delimited(read_lines(path))
-    names = [name.strip().strip('"').strip() for name in cells_of(lines[0], delimiter)]
+    lines = read_lines(path)
+    first = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), 0)
+    delimiter, lines = delimited(lines, first)
+    names = [name.strip().strip('"').strip() for name in cells_of(lines[first], delimiter)]
     joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
     wanted = {"time_s", *(f"{joint}_{axis}_m" for joint in joints for axis in "xyz")}
     missing = sorted(wanted - set(names))
     if missing or not joints:
         raise InputError(
-            f"{path}:1: header has no column {', '.join(missing) or 'wrist_x_m'}, expected time_s and <joint>_x_m, "
-            "<joint>_y_m, <joint>_z_m"
+            f"{path}:{first + 1}: header has no column {', '.join(missing) or 'wrist_x_m'}, expected time_s and "
+            "<joint>_x_m, <joint>_y_m, <joint>_z_m"
         )
     if twice := [name for name in names if name in wanted and names.count(name) > 1]:
-        raise InputError(f"{path}:1: column {twice[0]!r} stands more than once, expected each name once")
-    table = parse_table(path, lines, 1, names, delimiter, wanted)
+        raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected each name once")
+    table = parse_table(path, lines, first + 1, names, delimiter, wanted)
     time_s = table.columns("time_s")
     assert time_s is not None
     back = np.flatnonzero(~(np.diff(time_s[:, 0]) > 0))

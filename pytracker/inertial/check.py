@@ -44,6 +44,7 @@ def check(log: ImuLog) -> ImuLog:
     if not np.isfinite(log.time_s).all():
         k = int(np.argmin(np.isfinite(log.time_s)))
         raise InputError(f"{log.path}:{log.lines[k]}: time_s is {log.time_s[k]}, expected a finite number")
+    guessed = log.warnings
     log = evened(log)
     times = _check_times(log)
     times += check_interleaved(log)
@@ -52,8 +53,8 @@ def check(log: ImuLog) -> ImuLog:
     try:
         itself = _check_itself(dataclasses.replace(log, warnings=()))
     except InputError as error:
-        # A range that is too small may be all that is wrong with it.
-        raise (InputError(f"{standing[0]}; {error}") if standing else error) from None
+        # A range that is too small, or a unit that was guessed, may be all that is wrong with it.
+        raise InputError("; ".join([*standing[:1], str(error), *guessed])) from None
     return dataclasses.replace(itself, warnings=(*log.warnings, *times, *standing, *itself.warnings))
 
 

@@ -28,6 +28,7 @@ class ImuLog:
         q_world_sensor: sensor to the sensor's earth frame, w first `(M, 4)`.
         rate_hz: as the file states it.
         warnings: what is odd but usable.
+        unread: what else the file has, by name.
     """
 
     path: Path
@@ -39,6 +40,7 @@ class ImuLog:
     q_world_sensor: Float | None = None
     rate_hz: float | None = None
     warnings: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
 
     def kept(self, which: NDArray[np.bool_]) -> ImuLog:
         """The samples that are `which` `(M,)`."""

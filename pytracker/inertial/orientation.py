@@ -46,8 +46,10 @@ def orient(log: ImuLog) -> ImuLog:
     if log.q_world_sensor is not None:
         return log
     if log.gyr is None or log.acc is None:
+        beside = f" (it has {', '.join(log.unread)[:200]} beside, which are not read)" if log.unread else ""
         raise InputError(
-            f"{log.path}: has neither orientation nor a gyroscope, expected q_w, q_x, q_y, q_z or gyr_x, gyr_y, gyr_z"
+            f"{log.path}: has neither orientation nor a gyroscope{beside}, expected q_w, q_x, q_y, q_z or "
+            "gyr_x, gyr_y, gyr_z"
         )
 
     bias, told_by = _bias(log)

@@ -66,10 +66,16 @@ def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list
             continue
         first = int(np.argmax(stray))
         if stray.mean() > MOST_STRAYS:
+            in_mm = float((np.linalg.norm(points - usual, axis=1) / 1000.0 > STRAY * reach).mean()) <= MOST_STRAYS
             raise InputError(
                 f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, and in "
                 f"{int(stray.sum())} of {len(points)} rows farther than {STRAY * reach:.1f} m from its usual place, "
-                f"expected {MOST_STRAYS:.0%} of them at most: is that how gaps were written? Leave them empty"
+                f"expected {MOST_STRAYS:.0%} of them at most: "
+                + (
+                    "are they millimetres that the file calls metres?"
+                    if in_mm
+                    else "is that how gaps were written? Leave them empty"
+                )
             )
         warnings.append(
             f"{file}: {joint} is at {np.round(points[first], 3).tolist()} m in row {first + 1} of its data, "

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from pytracker.rotation import Array
 
 __all__ = ["is_hdf5", "read_apdm"]
 
+SIDES = {"l": "left", "r": "right"}
 HEAD = b"\x89HDF\r\n\x1a\n"
 WORN = {"forearm": ("forearm", "wrist", "lower arm"), "upper_arm": ("upper arm",)}
 """What APDM calls where a sensor is worn, in small letters, after the side."""
@@ -77,8 +79,9 @@ def _read(path: Path, file: Any, segment: str) -> ImuLog:
 def _label(group: Any) -> str:
     """Where a sensor is worn, as its configuration says; empty where it does not."""
     configuration = group.get("Configuration")
-    label = "" if configuration is None else configuration.attrs.get("Label 0", "")
-    return (label.decode("utf-8", "replace") if isinstance(label, bytes) else str(label)).strip("\0 ")
+    labels = [] if configuration is None else [configuration.attrs.get(f"Label {k}", "") for k in range(3)]
+    words = [label.decode("utf-8", "replace") if isinstance(label, bytes) else str(label) for label in labels]
+    return ", ".join(filter(None, (word.strip("\0 ") for word in words)))
 
 
 def _chosen(path: Path, labels: dict[str, str], segment: str) -> tuple[str, tuple[str, ...]]:
@@ -86,9 +89,8 @@ def _chosen(path: Path, labels: dict[str, str], segment: str) -> tuple[str, tupl
     side, _, place = segment.partition("_")
     if side not in ("left", "right") or place not in WORN:
         raise InputError(f"{path}: segment is {segment!r}, expected a side's forearm or upper arm: right_forearm, ...")
-    fitting = [
-        name for name, label in labels.items() if side in label.lower() and any(w in label.lower() for w in WORN[place])
-    ]
+    sided = {name: re.sub(r"\b([lr])\b", lambda short: SIDES[short[1]], of.lower()) for name, of in labels.items()}
+    fitting = [name for name, label in sided.items() if side in label and any(worn in label for worn in WORN[place])]
     if len(fitting) == 1:
         return fitting[0], ()
     if not fitting and len(labels) == 1:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.text import Table, parse_table
+from pytracker.formats.text import Table, parse_table, points_for_commas
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, euler_to_quaternion, matrix_to_quaternion, rotate
@@ -48,6 +48,8 @@ HEADER_WITHIN = 40
 OF_DOT = re.compile(r"(?i)\"?(sep=|DeviceTag:|OutputRate:)")
 """What begins a line of a DOT's before its header."""
 
+DOWN = re.compile(r"(?i)//\s*coordinate\s+system:.*\b(NED|north[- ]east[- ]down)\b")
+"""A comment that says that the earth frame's z points down."""
 ORIENTATION_LIKE = re.compile(r"(?i)(quat|mat\[|roll|pitch|yaw|euler)")
 
 COUNTER_WRAP = 65536
@@ -61,6 +63,10 @@ RATE_RANGE_HZ = (10.0, 3000.0)
 def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
     """From the file's lines; `rate_hz` where the file does not say it. Raises `InputError`."""
     first, delimiter, names = _header(path, lines)
+    if twice := [name for name in names if name in KNOWN and names.count(name) > 1]:
+        raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected one sensor a file")
+    if delimiter != ",":
+        lines = points_for_commas(lines, first + 1)
     table = parse_table(path, lines, first + 1, names, delimiter, KNOWN)
     stated = _stated_rate(path, lines[:first])
     if stated is not None and rate_hz is not None and stated != rate_hz:
@@ -74,7 +80,8 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
     table = table.without(~kept)
     q, gyr = _orientation(table), table.columns(*GYR)
     is_dot = any(OF_DOT.match(line) for line in lines[:first])
-    acc, put_back = _acceleration(table, q)
+    is_down = any(DOWN.match(line) for line in lines[:first])
+    acc, put_back = _acceleration(table, q, -GRAVITY if is_down else GRAVITY)
     return ImuLog(
         path=path,
         lines=table.lines,
@@ -109,8 +116,11 @@ def _header(path: Path, lines: list[str]) -> tuple[int, str, list[str]]:
     )
 
 
-def _acceleration(table: Table, q_world_sensor: Float | None) -> tuple[Float | None, tuple[str, ...]]:
-    """Specific force `(M, 3)`; where gravity was taken off it is put back by the orientation, and that is said."""
+def _acceleration(table: Table, q_world_sensor: Float | None, up: float) -> tuple[Float | None, tuple[str, ...]]:
+    """Specific force `(M, 3)`; where gravity was taken off it is put back by the orientation, and that is said.
+
+    `up` is what a sensor at rest feels along the earth frame's z, m/s².
+    """
     acc = table.columns(*ACC)
     free = next((found for names in FREE_ACC if (found := table.columns(*names)) is not None), None)
     if acc is not None or free is None or q_world_sensor is None:
@@ -119,7 +129,7 @@ def _acceleration(table: Table, q_world_sensor: Float | None) -> tuple[Float | N
         f"{table.path}: its acceleration is free of gravity, which is put back by its orientation: nothing checks one "
         "by the other. Export Acc beside it where you can"
     )
-    return rotate(conjugate(q_world_sensor), free + np.array([0.0, 0.0, GRAVITY])), (words,)
+    return rotate(conjugate(q_world_sensor), free + np.array([0.0, 0.0, up])), (words,)
 
 
 def _orientation(table: Table) -> Float | None:

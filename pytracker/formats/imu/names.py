@@ -15,18 +15,29 @@ from pytracker.inertial.gravity import GRAVITY
 
 __all__ = ["Column", "known_as", "of_shimmer"]
 
-SHIMMER = re.compile(r".*?(accel_ln|accel_wr|gyro|mag|timestamp(?:sync)?(?:_unix)?)(?:_([xyz]))?_cal")
+SHIMMER = re.compile(
+    r".*?(accel_ln|accel_wr|gyro|mag|quat_madge_[69]dof|timestamp(?:sync)?(?:_(?:formatted)?unix)?)(?:_([wxyz]))?_cal"
+)
 """Shimmer's: the device, the sensor, the axis; of two accelerometers the one of low noise and the one of wide range."""
+NO_UNIT = re.compile(r"yyyy|no_?\s?units?$|n/a$|local$")
+"""What Shimmer writes there of dates and of quaternions."""
 UNIT = re.compile(r"[\(\[]([^\)\]]*)[\)\]]")
 TIME = re.compile(
     r"(?:time|timestamp|t|elapsed|elapsedtime|epoch|(?:field)?headerstamp)(s|sec|ms|us|ns)?|(millis|micros)"
     r"|secondselapsed"
 )
 """With the unit at its end."""
+BEHIND = {
+    "g": "g", "mg": "mg", "ms2": "m/s2", "mps2": "m/s2", "m/s2": "m/s2", "dps": "deg/s", "degs": "deg/s",
+    "deg/s": "deg/s", "rads": "rad/s", "radps": "rad/s", "rps": "rad/s", "rad/s": "rad/s", "mdps": "mdps",
+}  # fmt: skip
+"""Units that stand behind an axis: `gx_dps`."""
 NAMED_UNITS = {"millis": "ms", "micros": "us"}
 SENSORS = {
     "acc": re.compile(r"(?:a|acc|accel|acceleration|accelerometer|arss)([xyz])(?:axis)?"),
-    "gyr": re.compile(r"(?:g|w|gyr|gyro|gyroscope|(?:field)?angularvelocity|angularrate|wrss)([xyz])(?:axis)?"),
+    "gyr": re.compile(
+        r"(?:g|w|gyr|gyro|gyroscope|(?:field)?angularvelocity|angularrate|rotationrate|wrss)([xyz])(?:axis)?"
+    ),
     "mag": re.compile(r"(?:m|mag|magn|magnetometer|magneticfield)([xyz])(?:axis)?"),
 }
 """Such as `ax`, `gx`; EuRoC's `a_RS_S_x`, `w_RS_S_x`; ROS' `angular_velocity.x`; `x-axis` of a sensor's own file."""
@@ -77,10 +88,17 @@ def of_shimmer(names: Sequence[str], units: Sequence[str]) -> list[str]:
     """
     found = [SHIMMER.fullmatch(name) for name in names]
     has_wide = any(match and match[1] == "accel_wr" for match in found)
-    known = {"accel_wr": "acc", "accel_ln": "low noise" if has_wide else "acc", "gyro": "gyr", "mag": "mag"}
-    plain = [re.sub(r"[()]", "", unit.lower()).replace("secs", "s").replace("sec", "s") for unit in units]
+    has_heading = any(match and match[1] == "quat_madge_9dof" for match in found)
+    known = {
+        "accel_wr": "acc", "accel_ln": "low noise" if has_wide else "acc", "gyro": "gyr", "mag": "mag",
+        "quat_madge_9dof": "quat", "quat_madge_6dof": "without heading" if has_heading else "quat",
+    }  # fmt: skip
+    # An asterisk says that the calibration was the maker's.
+    plain = [re.sub(r"[()*]", "", unit.lower()).replace("secs", "s").replace("sec", "s") for unit in units]
     return [
-        name if match is None else f"{known.get(match[1], 'timestamp')} {match[2] or ''} ({unit})"
+        name
+        if match is None
+        else f"{known.get(match[1], 'timestamp')} {match[2] or ''}" + ("" if NO_UNIT.match(unit) else f" ({unit})")
         for name, unit, match in zip(names, plain, found, strict=True)
     ]
 
@@ -90,6 +108,8 @@ def known_as(header: str) -> Column | None:
     found = UNIT.search(header)
     unit = "" if found is None else found[1].strip().lower().replace(" ", "")
     words = UNIT.sub("", header).lower().strip('"#% ')
+    if not unit and (ending := re.fullmatch(r"(.*[\s_.]?[xyz])[\s_]([a-z0-9/°]+)", words)) and ending[2] in BEHIND:
+        words, unit = ending[1], BEHIND[ending[2]]
     base = re.sub(r"[\s_.\-/]+", "", words)
     if time := TIME.fullmatch(base):
         # Several times are not yet seconds.

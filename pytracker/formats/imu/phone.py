@@ -219,5 +219,6 @@ def _together(acc: Stream, sign: float, gyr: Stream | None, mag: Stream | None, 
         gyr=None if gyr is None else gyr.at(time_s),
         mag=None if mag is None else mag.at(time_s),
         warnings=(*warnings, *said),
+        unread=tuple(sorted(path.name for path in acc.path.parent.glob("[!.]*.[cC][sS][vV]") if path != acc.path)),
     )
     return log.kept(np.logical_and.reduce([stream.covers(time_s) for stream in others], axis=0)) if others else log

@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu.clock import as_seconds, seconds
+from pytracker.formats.imu.clock import seconds
+from pytracker.formats.imu.dates import as_seconds
 from pytracker.formats.imu.names import Column, known_as, of_shimmer
 from pytracker.formats.text import delimited, parse_table
 from pytracker.inertial.log import ImuLog
@@ -64,7 +65,11 @@ def header_of(lines: list[str]) -> Header:
     delimiter, lines = delimited(lines, first)
     names = [name.strip().strip('"').lower() for name in lines[first].split(delimiter)]
     below = lines[first + 1].split(delimiter) if first + 1 < len(lines) else []
-    if any(name.endswith("_cal") for name in names) and len(below) == len(names) and below[0].strip(' "').isalpha():
+    if (
+        any(name.endswith("_cal") for name in names)
+        and len(below) == len(names)
+        and not re.match(r'[ "]*-?\d', below[0])
+    ):
         names, first = of_shimmer(names, [unit.strip().strip('"') for unit in below]), first + 1
     # A comma at the end of every line begins no column.
     return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines)
@@ -86,16 +91,18 @@ def read(
     header = header_of(lines)
     names, known = _ours(path, list(header.names), columns or {})
     _check_names(path, header.first, names, has_rate=rate_hz is not None)
-    lines = header.lines
+    lines, clock = header.lines, known.get("time_s")
     if "time_s" in names:
         lines = as_seconds(path, lines, header.first, header.delimiter, names.index("time_s"))
+        # Dates say their unit.
+        clock = clock if lines is header.lines else None
     table = parse_table(path, lines, header.first, names, header.delimiter, OURS)
 
     def scaled(*group: str) -> NDArray[np.float64] | None:
         values = table.columns(*group)
         return None if values is None else values * [known[name].factor if name in known else 1.0 for name in group]
 
-    time_s, odd = seconds(table, known.get("time_s"), rate_hz)
+    time_s, odd = seconds(table, clock, rate_hz)
     return ImuLog(
         path=path,
         lines=table.lines,
@@ -105,6 +112,7 @@ def read(
         mag=scaled(*MAG),
         q_world_sensor=table.columns(*QUATERNION),
         warnings=odd,
+        unread=tuple(name for name in names if name not in OURS),
     )
 
 

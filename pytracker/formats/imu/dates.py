@@ -1,0 +1,90 @@
+"""Dates and times of day in a table's clock, as seconds since the first."""
+
+from __future__ import annotations
+
+import re
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from pytracker._core import InputError
+
+__all__ = ["as_seconds"]
+
+DATE_OR_TIME = re.compile(r"\d{4}[-/]\d\d?[-/]\d\d?[ T]|\d{8}T\d|\d\d?[./-]\d\d?[./-]\d{4}[ T]|\d\d?:\d\d:")
+YEAR_FIRST = r"(?P<year>\d{4})(?P<by>[-/]?)(?P<month>\d\d?)(?P=by)(?P<day>\d\d?)"
+YEAR_LAST = r"(?P<first>\d\d?)(?P<by>[-/.])(?P<second>\d\d?)(?P=by)(?P<year>\d{4})"
+TIME = (
+    r"(?P<hour>\d\d?):?(?P<minute>[0-5]\d):?(?P<whole>[0-5]\d)(?:[.,](?P<fraction>\d+))?\s*(?P<half>[AaPp][Mm])?"
+    r"\s*(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
+)
+CLOCKS = [re.compile(date + TIME) for date in (f"{YEAR_FIRST}(?:T|\\s+)", f"{YEAR_LAST}(?:T|\\s+)", "")]
+DAY = timedelta(days=1)
+MICROSECOND = timedelta(microseconds=1)
+
+
+def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str]:
+    """The lines; from `first` on with seconds since the first date or time of day, where column `clock` has such.
+
+    Times of day may pass midnight. Raises `InputError` for a date or a time that is none.
+    """
+    begin = last = None
+    counted = list(lines)
+    for k in range(first, len(lines)):
+        cells = lines[k].split(delimiter)
+        cell = cells[clock].strip(' "') if clock < len(cells) else ""
+        if not DATE_OR_TIME.match(cell):
+            if begin is None and cell:
+                return lines
+            continue
+        at = _when(cell, last)
+        if at is None:
+            raise InputError(
+                f"{path}:{k + 1}: time is {cell[:40]!r}, expected a date and time, a time of day, or seconds"
+            )
+        begin, last = at if begin is None else begin, at
+        cells[clock] = repr((at - begin) / MICROSECOND / 1e6)
+        counted[k] = delimiter.join(cells)
+    return counted
+
+
+def _when(cell: str, last: datetime | None) -> datetime | None:
+    """In universal time where the zone is said; of a time of day, after `last`; None where it is neither."""
+    said = next((match.groupdict() for pattern in CLOCKS if (match := pattern.fullmatch(cell))), None)
+    if said is None:
+        return None
+    try:
+        day = _date(said)
+        hour = int(said["hour"])
+        if said["half"]:
+            hour = hour % 12 + 12 * (said["half"].lower() == "pm")
+        at = day.replace(
+            hour=hour, minute=int(said["minute"]), second=int(said["whole"]),
+            microsecond=int((said["fraction"] or "0")[:6].ljust(6, "0")),
+        )  # fmt: skip
+    except ValueError:
+        return None
+    if "year" not in said and last is not None:
+        # More than half a day back is past midnight; what is less is left to whoever looks at the order.
+        at += DAY * max(0, round((last - at) / DAY))
+    return at - _zone(said["zone"])
+
+
+def _date(said: dict[str, str | None]) -> datetime:
+    """Midnight of it. Of two that may be the month it is the first where slashes part them, as in the USA."""
+    if "year" not in said:
+        return datetime(1970, 1, 1)
+    year = int(said["year"] or 0)
+    if "month" in said:
+        return datetime(year, int(said["month"] or 0), int(said["day"] or 0))
+    first, second = int(said["first"] or 0), int(said["second"] or 0)
+    month, day = (first, second) if said["by"] == "/" and first <= 12 else (second, first)
+    return datetime(year, month, day)
+
+
+def _zone(said: str | None) -> timedelta:
+    """How far it is ahead of universal time."""
+    if said is None or said == "Z":
+        return timedelta()
+    digits = said[1:].replace(":", "").ljust(4, "0")
+    ahead = timedelta(hours=int(digits[:2]), minutes=int(digits[2:]))
+    return ahead if said[0] == "+" else -ahead
