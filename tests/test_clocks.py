@@ -15,9 +15,9 @@ from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking.clocks import is_another
 
 
-def simulated(pattern: str, duration_s: float, seed: int) -> tuple[pt.ArmRecording, pt.Sightings]:
-    """A worn recording, and its patch's centres, 2 px."""
-    simulation = ArmSimulation(pt.ArmScene(pattern=pattern, duration_s=duration_s, worn=True), seed)
+def simulated(pattern: str, duration_s: float, seed: int, *, worn: bool = True) -> tuple[pt.ArmRecording, pt.Sightings]:
+    """A recording, worn or kinder, and its patch's centres, 2 px."""
+    simulation = ArmSimulation(pt.ArmScene(pattern=pattern, duration_s=duration_s, worn=worn), seed)
     return simulation.recording(), pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
 
 
@@ -50,6 +50,23 @@ def test_a_sensor_that_is_there_for_a_part_is_left_alone(pattern: str) -> None:
     early = pt.Sightings(sightings.time_s[:until], sightings.pixels[:until], sightings.reasons[:until])
     clocks = found(dataclasses.replace(recording, imus=(imu,)), early)
     assert clocks is None or not is_another(*clocks)
+
+
+def hidden(sightings: pt.Sightings, from_s: float, to_s: float) -> pt.Sightings:
+    """The same, the patch not seen between two times."""
+    unseen = (sightings.time_s > from_s) & (sightings.time_s < to_s)
+    pixels = np.where(unseen[:, None, None], np.nan, sightings.pixels)
+    return pt.Sightings(sightings.time_s, pixels, sightings.reasons)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle", "gesture"])
+@pytest.mark.parametrize("from_s", [5.0, 9.0])
+def test_a_patch_that_is_hidden_for_seconds_blames_no_clock(pattern: str, from_s: float) -> None:
+    """Its way there is made up, and was laid over: another turn of a circle explained it better."""
+    for seed in (1, 2):
+        recording, sightings = simulated(pattern, 20.0, seed, worn=False)
+        clocks = found(recording, hidden(sightings, from_s, from_s + 3.0))
+        assert clocks is None or not is_another(*clocks)
 
 
 @pytest.mark.parametrize("pattern", ["circle", "rectangle", "gesture"])

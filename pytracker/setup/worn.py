@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.evidence.lag import GRID_S, Lag, banded, find_lags
+from pytracker.evidence.lag import GRID_S, Lag, banded, find_lags, was_seen
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.methods.arm import Ekf
@@ -157,7 +157,8 @@ def _headings(recording: ArmRecording, sightings: Sightings, lag: Lag) -> list[f
     skip = round((camera_start - imu_start) / GRID_S)
     a, b = max(0, -skip), max(0, skip)
     count = min(len(seen) - a, len(moved) - b)
-    seen, moved = seen[a : a + count], moved[b : b + count]
+    is_seen = was_seen(sightings.time_s, sightings.pixels[:, 0])[a : a + count] > 0
+    seen, moved = seen[a : a + count][is_seen], moved[b : b + count][is_seen]
     slope = _slope(recording, np.nanmean(sightings.pixels[:, 0], axis=0))
     left = np.array([float(((seen - moved @ (slope @ _about_z(h)).T) ** 2).sum()) for h in HEADINGS])
     lowest = (left <= np.roll(left, 1)) & (left <= np.roll(left, -1))
@@ -201,10 +202,9 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
         track = _held(one, sightings)
         if track is None:
             continue
-        evidence = track.log_evidence
-        seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
-        missing = LEAST_EVIDENCE * max(0, int(seen.sum()) - int(np.isfinite(evidence).sum()))
-        whole = float(np.maximum(evidence[np.isfinite(evidence)], LEAST_EVIDENCE).sum()) + missing
+        # Frames that see the patch, whether it explains them or has no samples there.
+        evidence = track.log_evidence[np.isfinite(sightings.pixels[:, 0]).all(axis=1)]
+        whole = float(np.maximum(np.nan_to_num(evidence, nan=LEAST_EVIDENCE), LEAST_EVIDENCE).sum())
         found.append(whole - 0.5 * ALIKE * (min(0.0, hangs(track) - HANGS) / HANGS_SD) ** 2)
     aslant = np.degrees(np.arccos(min(1.0, float(np.abs(worn.axis).max()))))
     return dataclasses.replace(worn, log_evidence=max(found) - 0.5 * (aslant / ALONG_DEG) ** 2)
