@@ -12,6 +12,7 @@ from pytracker.tracking.tracks import Track
 
 __all__ = [
     "ARM_DOUBTS",
+    "ARM_UNSEEN",
     "KEYPOINTS",
     "KEY_JOINTS",
     "KEY_PLACES",
@@ -32,6 +33,7 @@ __all__ = [
 
 __version__: str
 ARM_DOUBTS: tuple[str, ...]
+ARM_UNSEEN: str
 KEY_JOINTS: tuple[str, ...]
 KEY_PLACES: tuple[tuple[str, float], ...]
 KEYPOINTS: tuple[str, ...]

@@ -32,6 +32,7 @@ pub mod cues;
 pub mod ekf;
 pub mod filter;
 pub mod frame;
+pub mod incoming;
 pub mod memory;
 pub mod method;
 pub mod mixture;

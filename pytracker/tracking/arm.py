@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pytracker._core import Tracker, TrackingError
+from pytracker._core import ARM_UNSEEN, Tracker, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
 from pytracker.methods.arm import ArmMethod
 from pytracker.recording.recording import ArmRecording
@@ -103,7 +103,8 @@ def _assemble(
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (found.count - end)
     for row, doubt in enumerate(found.table["doubt"], start=first):
-        if doubt:
+        # Why it is not seen says more than that it is not.
+        if doubt and not (doubt == ARM_UNSEEN and reason[row]):
             reason[row] = f"{doubt}; {reason[row]}" if reason[row] else doubt
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]

@@ -4,6 +4,7 @@ use super::cues::landmark::{Landmark, SAME_FRAME_S};
 use super::cues::upper_arm::{Direction, direction_at};
 use super::ekf::ArmGaussian;
 use super::frame::Frame;
+use super::incoming::Incoming;
 use super::memory::{Kept, Memory};
 use super::method::Method;
 use super::mixture::ArmMixture;
@@ -45,6 +46,7 @@ pub struct ArmFilter {
     landmarks: Vec<(f64, Landmark)>,
     /// Where the upper arm points: by the last two samples of its sensor, or by all of them where frames are kept.
     directions: Vec<Direction>,
+    incoming: Incoming,
     /// What every frame brought, where it is kept.
     kept: Option<Memory>,
 }
@@ -100,6 +102,7 @@ impl ArmFilter {
             restarts: 0,
             landmarks: Vec::new(),
             directions: Vec::new(),
+            incoming: Incoming::new(),
             kept,
         })
     }
@@ -123,6 +126,7 @@ impl ArmFilter {
     /// [`Error::Late`], [`Error::NotFinite`], [`Error::QuaternionNorm`]; the filter is then as before.
     pub fn take(&mut self, sample: &Sample) -> Result<()> {
         self.timeline.take(sample, &self.noise)?;
+        self.incoming.take(sample);
         if let Some(kept) = &mut self.kept {
             kept.samples.push(*sample);
         }
@@ -239,6 +243,8 @@ impl ArmFilter {
             let filtered = estimate.doubt.is_none().then(|| estimate.places.clone());
             kept.frames.push(Kept { time_s, world_sensor, pixels, landmarks, is_unknown, start, means, filtered });
         }
+        self.incoming.look(elapsed_s, !frame.sightings.is_empty());
+        estimate.doubt = estimate.doubt.or(self.incoming.doubt(self.sees_patch()));
         self.last_world_sensor = Some(world_sensor);
         self.timeline.clear_pending();
         Ok(estimate)
@@ -276,12 +282,7 @@ impl ArmFilter {
         self.is_unknown |= self.blind_s > BLIND_S || elapsed_s > NO_FRAME_S;
         let Some(sighting) = sightings(&self.views, pixels).into_iter().next() else { return };
         self.blind_s = 0.0;
-        let sees_patch = match &self.filter {
-            Filter::Particles(filter) => filter.sees_patch(),
-            Filter::Gaussian(filter) => filter.sees_patch(),
-            Filter::Mixture(_) => true,
-        };
-        if !std::mem::take(&mut self.is_unknown) || !sees_patch {
+        if !std::mem::take(&mut self.is_unknown) || !self.sees_patch() {
             return;
         }
         self.restarts += 1;
@@ -295,6 +296,15 @@ impl ArmFilter {
         self.plausibility = Plausibility::new();
         self.last_world_sensor = None;
         self.timeline.clear_pending();
+    }
+
+    /// Whether the patch says anything to it.
+    fn sees_patch(&self) -> bool {
+        match &self.filter {
+            Filter::Particles(filter) => filter.sees_patch(),
+            Filter::Gaussian(filter) => filter.sees_patch(),
+            Filter::Mixture(_) => true,
+        }
     }
 
     /// Whether the arm's length holds the estimate: only then is one beyond its reach a track that was lost.
