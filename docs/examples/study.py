@@ -39,7 +39,9 @@ def main(out: Path) -> None:
     table = pt.run_study(study, out / "study")  # study/table.csv too, for any other program
     for method in study.methods:
         errors = [row["rms_m"] for row in table.where(method=method, joint="wrist")]
-        print(f"{method}: {100 * np.sqrt(np.mean(np.square(errors))):.1f} cm over {len(errors)} runs")
+        particles = method.parameters().get("particles")
+        name = method.name if particles is None else f"{method.name}, {particles} particles"
+        print(f"{name}: {100 * np.sqrt(np.mean(np.square(errors))):.1f} cm over {len(errors)} runs")
 
 
 if __name__ == "__main__":

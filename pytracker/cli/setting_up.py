@@ -48,7 +48,7 @@ def find_keypoints(
     force: Annotated[bool, typer.Option("--force", help="Replace keypoints that are there.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Find 2-D keypoints in the video, offline, and name them in recording.toml. Needs pytracker[keypoints]."""
+    """Find 2-D keypoints in the video, offline, and name them in recording.toml. Needs MediaPipe (extra keypoints)."""
     with frames_bar(quiet) as progress:
         found = detect(folder, camera, force=force, progress=progress)
     say(f"wrote {found.path}: somebody in {found.seen} of {found.frames} frames, by {found.detector}", quiet)

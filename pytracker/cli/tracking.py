@@ -184,6 +184,7 @@ def _track_several(
         state = f"failed: {one.said[0]}" if one.failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
         when = f" ({EARLIER})" if EARLIER in one.said else ""
         say(f"{one.recording}: {state}{when}", quiet)
+        warn(tuple(words for words in one.said[one.failed :] if words != EARLIER))
 
     outcomes = batch.track_all(
         folders, out, method_of, seed=seed, page=not no_report, force=force, jobs=jobs, done=told

@@ -1,6 +1,6 @@
 """2-D keypoints of a video, by MediaPipe's pose landmarker: offline, its model comes with its wheel.
 
-`pip install 'pytracker[keypoints]'`. Blazepose: Bazarevsky et al., "BlazePose: on-device real-time body pose tracking",
+It is the extra `keypoints`. Blazepose: Bazarevsky et al., "BlazePose: on-device real-time body pose tracking",
 CVPR workshop 2020. It follows one person, the one that it finds first.
 """
 
@@ -19,7 +19,7 @@ from pytracker.rotation import Array
 
 __all__ = ["Detector"]
 
-EXTRA = "pytracker[keypoints]"
+MEDIAPIPE = "mediapipe==0.10.21"
 LANDMARKS = (0, 2, 5, 7, 8, *range(11, 17), *range(23, 29))
 """Of MediaPipe's 33, those of `COCO`, in its order."""
 BLAZEPOSE_FULL = 1
@@ -65,10 +65,10 @@ def _mediapipe() -> ModuleType:
         found = importlib.import_module("mediapipe")
     except ImportError as error:
         raise InputError(
-            f"MediaPipe is not installed ({error}), expected it: pip install '{EXTRA}', for Python 3.10 to 3.12"
+            f"MediaPipe is not installed ({error}), expected it: pip install {MEDIAPIPE}, for Python 3.10 to 3.12"
         ) from None
     if not hasattr(found, "solutions"):
         raise InputError(
-            f"MediaPipe {found.__version__} brings no model with it, expected 0.10.21: pip install '{EXTRA}'"
+            f"MediaPipe {found.__version__} brings no model with it, expected 0.10.21: pip install {MEDIAPIPE}"
         )
     return found

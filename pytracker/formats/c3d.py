@@ -1,4 +1,4 @@
-"""C3D files of 3-D markers, by `ezc3d` (`pip install pytracker[c3d]`)."""
+"""C3D files of 3-D markers, by `ezc3d` (the extra `c3d`)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def read_c3d(path: Path | str) -> Markers:
     try:
         import ezc3d  # noqa: PLC0415 - an extra, and slow to load
     except ImportError:
-        raise InputError(f"{path}: reading C3D needs ezc3d: pip install 'pytracker[c3d]'") from None
+        raise InputError(f"{path}: reading C3D needs ezc3d: pip install ezc3d") from None
     try:
         data = ezc3d.c3d(str(path))
         parameters = data["parameters"]["POINT"]

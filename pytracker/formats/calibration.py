@@ -96,7 +96,9 @@ def _chosen(path: Path, cameras: list[tuple[str, Any]], camera: str | None) -> A
         return cameras[0][1]
     if camera is None or names.count(camera) != 1:
         said = "none is named" if camera is None else f"{camera!r} is named"
-        raise InputError(f"{path}: holds the cameras {', '.join(names)[:300]}, and {said}, expected one of them")
+        raise InputError(
+            f"{path}: holds the cameras {', '.join(names)[:300]}, and {said}, expected one of them (--camera NAME)"
+        )
     return dict(cameras)[camera]
 
 

@@ -1,4 +1,4 @@
-"""MATLAB files (version 5 to 7), by SciPy (`pip install pytracker[mat]`): an IMU's samples, or measured points.
+"""MATLAB files (version 5 to 7), by SciPy (the extra `mat`): an IMU's samples, or measured points.
 
 Arrays are told apart by their names, such as those of BROAD (Laidig et al. 2021): `imu_acc`, `imu_gyr`, `imu_mag`
 `(M, 3)` in m/s², rad/s and any unit, `opt_pos` `(M, 3)` in m, `sampling_rate` in Hz.
@@ -88,7 +88,7 @@ def _arrays(path: Path) -> dict[str, Array]:
         from scipy.io import loadmat  # noqa: PLC0415 - an extra
         from scipy.io.matlab import MatReadError  # noqa: PLC0415 - likewise
     except ImportError:
-        raise InputError(f"{path}: reading MATLAB's files needs SciPy: pip install 'pytracker[mat]'") from None
+        raise InputError(f"{path}: reading MATLAB's files needs SciPy: pip install scipy") from None
     try:
         found = loadmat(path)
     except NotImplementedError:  # SciPy's word for version 7.3, which is HDF5

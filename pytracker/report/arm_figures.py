@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from pytracker.report.drawing import AXES, COLOURS, STYLE, TRUTH, legend_above, limit, line, shade_lost, svg, true
+from pytracker.report.drawing import AXES, COLOURS, STYLE, TRUTH, legend_above, limit, line, shade_invalid, svg, true
 from pytracker.scores.evaluate import WITHIN_M
 from pytracker.tracking.arm import ArmTrack
 
@@ -40,7 +40,7 @@ def trajectories(tracks: Sequence[ArmTrack], labels: Sequence[str], joint: str =
                     tracks[0].time_s, 100 * truth[:, d], color=TRUTH, lw=1.0, ls=(0, (4, 2)), label="truth", zorder=5
                 )
             limit(axes, [main.mean[:, d], main.lo[:, d], main.hi[:, d]] + ([] if truth is None else [truth[:, d]]))
-            shade_lost(axes, tracks[0])
+            shade_invalid(axes, tracks[0])
             axes.set_ylabel(f"{AXES[d]} (cm)")
         panels[-1].set_xlabel("time (s)")
         legend_above(figure, panels[0])

@@ -10,7 +10,7 @@ from pytracker.methods.arm import Mixture
 from pytracker.report import arm_figures as figures
 from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
-from pytracker.report.page import PageFigure, embedded, render
+from pytracker.report.page import PageFigure, embedded, not_believed, render
 from pytracker.scores.evaluate import Scores
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.found import found_by
@@ -40,9 +40,9 @@ def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
     half = 100 * np.nanmean((track.joints["wrist"].hi - track.joints["wrist"].lo) / 2, axis=0)
     words = (
         f"The wrist was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera frames) by "
-        f"“{label}”. The {what} was seen in {seen:.1f} % of the frames. {_senses(track)}The tracker states "
-        f"its own uncertainty as a 95 % band of on average ±{half[0]:.1f} cm across (x), ±{half[1]:.1f} cm in y and "
-        f"±{half[2]:.1f} cm in height (z)."
+        f"“{label}”. {not_believed(track)}The {what} was seen in {seen:.1f} % of the frames. "
+        f"{_senses(track)}The tracker states its own uncertainty as a 95 % band of on average ±{half[0]:.1f} cm across "
+        f"(x), ±{half[1]:.1f} cm in y and ±{half[2]:.1f} cm in height (z)."
     )
     if scores is not None:
         wrist = scores.joints["wrist"]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pytracker.formats.video import Image
 from pytracker.recording.camera import ProjectionFit
-from pytracker.report.drawing import COLOURS, STYLE, TRUTH, legend_above, line, shade_lost, svg
+from pytracker.report.drawing import COLOURS, STYLE, TRUTH, legend_above, line, shade_invalid, svg
 from pytracker.rotation import Array
 from pytracker.scores.evaluate import Scores, average_error
 from pytracker.tracking.body import BodyTrack
@@ -27,7 +27,7 @@ def error_over_frames(tracks: Sequence[BodyTrack], labels: Sequence[str]) -> str
         assert truth is not None
         for k, track in enumerate(tracks):
             line(axes, track, 100 * average_error(track, truth), k, labels[k])
-        shade_lost(axes, tracks[0])
+        shade_invalid(axes, tracks[0])
         axes.set_ylim(bottom=0)
         axes.set_xlabel("time (s)")
         axes.set_ylabel("average error (cm)")
@@ -80,6 +80,7 @@ def wrists(track: BodyTrack, label: str) -> str:
                     axes.plot(
                         track.time_s, 100 * at[:, d], color=TRUTH, lw=0.9, ls=(0, (4, 2)), label="truth", zorder=5
                     )
+                shade_invalid(axes, track, joint)
                 axes.set_ylabel(f"{name}{', depth' if d == in_depth else ''} (cm)")
             panels[0, column].set_title(joint.replace("_", " "), fontsize=9)
             panels[2, column].set_xlabel("time (s)")

@@ -11,7 +11,7 @@ from pytracker.report import body_figures as figures
 from pytracker.report.body_evidence import evidence_pictures
 from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
-from pytracker.report.page import PageFigure, embedded, render
+from pytracker.report.page import PageFigure, embedded, not_believed, render
 from pytracker.scores.evaluate import Scores, error_by_speed
 from pytracker.tracking.body import BodyTrack
 
@@ -48,9 +48,10 @@ def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
     known = f"The left wrist is valid in {left:.0f} %, the right one in {right:.0f} % of the frames."
     words = (
         f"The upper body was followed for {track.time_s[-1] - track.time_s[0]:.1f} s ({len(track.time_s)} camera "
-        f"frames) by “{label}”. {'There was no video, only keypoints of one. ' if alone else ''}{known} The tracker "
-        f"states its own uncertainty of the wrists as a 95 % band of on average ±{sideways_cm:.1f} cm sideways, "
-        f"±{height_cm:.1f} cm in height and ±{depth_cm:.1f} cm in depth, which a single camera does not see."
+        f"frames) by “{label}”. {not_believed(track)}"
+        f"{'There was no video, only keypoints of one. ' if alone else ''}{known} The tracker states its own "
+        f"uncertainty of the wrists as a 95 % band of on average ±{sideways_cm:.1f} cm sideways, ±{height_cm:.1f} cm "
+        f"in height and ±{depth_cm:.1f} cm in depth, which a single camera does not see."
     )
     besides = _besides(track)
     if besides and not alone:

@@ -45,6 +45,8 @@ class Contents:
 
 def contents_of(tracks: Sequence[Track]) -> Contents:
     """Of these tracks. Raises `InputError` for none, or for several recordings'."""
+    if isinstance(tracks, Track):
+        raise InputError("write_report was given a track, expected a list of them: [track]")
     if not tracks:
         raise InputError("write_report was given no track, expected at least one")
     recording = tracks[0].recording

@@ -24,7 +24,7 @@ __all__ = [
     "limit",
     "line",
     "sample_size",
-    "shade_lost",
+    "shade_invalid",
     "svg",
     "true",
 ]
@@ -65,7 +65,7 @@ def sample_size(tracks: Sequence[Track], labels: Sequence[str]) -> str:
                     label=labels[k],
                     zorder=4 - 0.1 * k,
                 )
-        shade_lost(axes, tracks[0])
+        shade_invalid(axes, tracks[0])
         axes.set_ylim(0, 100)
         axes.set_xlabel("time (s)")
         axes.set_ylabel("ESS (% of particles)")
@@ -101,10 +101,11 @@ def limit(axes: Axes, shown: list[Array]) -> None:
     axes.set_ylim(low - margin, high + margin)
 
 
-def shade_lost(axes: Axes, track: Track) -> None:
-    """Shaded where the track says that it did not see."""
+def shade_invalid(axes: Axes, track: Track, joint: str | None = None) -> None:
+    """Shaded where the track says that its frame, or a joint of it, is not to be believed."""
+    valid = track.valid if joint is None else track.joints[joint].valid
     step = float(np.median(np.diff(track.time_s))) if len(track.time_s) > 1 else 0.0
-    for number, (start, end) in enumerate(runs(~track.valid)):
+    for number, (start, end) in enumerate(runs(~valid)):
         axes.axvspan(
             track.time_s[start],
             track.time_s[end - 1] + step,
@@ -112,7 +113,7 @@ def shade_lost(axes: Axes, track: Track) -> None:
             alpha=0.5,
             lw=0,
             zorder=0,
-            label="not seen" if number == 0 else None,
+            label="not valid" if number == 0 else None,
         )
 
 

@@ -11,10 +11,11 @@ import jinja2
 
 from pytracker._core import __version__
 from pytracker.report.contents import Contents
-from pytracker.tracking.doubts import unbelieved
+from pytracker.report.stretches import stretches_of
+from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.tracks import Track
 
-__all__ = ["PageFigure", "embedded", "filled", "render"]
+__all__ = ["PageFigure", "embedded", "filled", "not_believed", "render"]
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def render(
         has_truth=scores[0] is not None,
         figures=figures,
         has_overlay=has_overlay,
-        lost=_lost(main),
+        stretches=stretches_of(main),
         warnings=dict.fromkeys((*unbelieved(main), *main.recording.warnings, *contents.doubts[0])),
         doubts_of_others=contents.doubts_of_others,
         parameters=[
@@ -71,6 +72,11 @@ def render(
         held=contents.trivial,
         **more,
     )
+
+
+def not_believed(track: Track) -> str:
+    """A sentence, and a space, where most of a track is not to be believed; else empty."""
+    return "In most of them it is not to be believed: see the warnings. " if is_unusable(track) else ""
 
 
 def filled(template: str, **values: object) -> str:
@@ -85,16 +91,3 @@ def filled(template: str, **values: object) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(template).render(version=__version__, **values)
-
-
-def _lost(track: Track) -> list[tuple[float, float, str]]:
-    """Stretches of frames with a reason: from, to (s), the reason of the first."""
-    stretches: list[tuple[float, float, str]] = []
-    start = None
-    for k, words in enumerate([*track.reason, ""]):
-        if words and start is None:
-            start = k
-        elif not words and start is not None:
-            stretches.append((float(track.time_s[start]), float(track.time_s[k - 1]), track.reason[start]))
-            start = None
-    return stretches

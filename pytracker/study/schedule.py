@@ -77,9 +77,7 @@ def on_dask(runs: Sequence[Run], address: str, save: Callable[[Run, Result], Non
     try:
         from distributed import Client, as_completed  # noqa: PLC0415 - an extra
     except ImportError:
-        raise InputError(
-            "a Dask cluster needs dask.distributed, expected pytracker[distributed] to be installed"
-        ) from None
+        raise InputError("a Dask cluster needs dask.distributed: pip install distributed") from None
     if not address.startswith("tcp://"):
         raise InputError(f"--scheduler is {address!r}, expected the address of a Dask scheduler, tcp://HOST:PORT")
     try:

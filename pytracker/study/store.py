@@ -154,7 +154,7 @@ def require_parquet() -> None:
     try:
         import pyarrow.parquet  # noqa: F401, PLC0415 - an extra
     except ImportError:
-        raise InputError("Parquet needs pyarrow, expected pytracker[parquet] to be installed") from None
+        raise InputError("Parquet needs pyarrow: pip install pyarrow") from None
 
 
 def make_table(runs: Sequence[Run], results: Mapping[str, Result]) -> StudyTable:

@@ -136,7 +136,8 @@ def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:
     if track.points_off_m > POINTS_OFF_M:
         return (
             f"{where}: at the first frame the keypoints of the arms lie {100 * track.points_off_m:.0f} cm beside the "
-            f"first pose, expected at most {100 * POINTS_OFF_M:.0f} cm: check the first pose, the camera, and size_px",
+            f"first pose, expected at most {100 * POINTS_OFF_M:.0f} cm: check the first pose, the camera, and that "
+            "the keypoints are of this video and of its size (without a video, size_px)",
         )
     astray = np.flatnonzero(track.points_astray_m > POINTS_ASTRAY_M)
     if len(astray) > ASTRAY_SHARE * len(track.time_s):
@@ -153,8 +154,9 @@ def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:
     if (is_first_off or is_off) and track.points_off_m < POINTS_ON_M:
         return (
             f"{where}: {min(first, all_frames):.0%} of trunk and arms lie on the foreground, expected "
-            f"{LEAST_ON_PERSON:.0%} at least, though the arms are where their keypoints are: the background holds a "
-            "part of the person (camera.background names one without), or the person is too like it",
+            f"{LEAST_ON_PERSON:.0%} at least, though the arms are where their keypoints are: are these of "
+            "another clip or size than the video, does the background hold a part of the person (camera.background "
+            "names one without), or is the person too like it?",
         )
     too_little = (
         f"{first:.0%} of the pose's trunk and arms lie on the foreground, expected {FIRST_ON_PERSON:.0%} at least"

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import singledispatch
 from typing import overload
 
+from pytracker._core import InputError
 from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.evidence.trunk import distance_changes
 from pytracker.methods.arm import ArmMethod, Smooth
@@ -102,4 +103,6 @@ def track(
     any.
     """
     check_fits(recording, method)
+    if not 0 <= seed < 2**64:
+        raise InputError(f"seed is {seed}, expected 0 or a larger whole number, below 2^64")
     return TRACKERS[recording.kind](recording, method, seed, sightings=sightings, progress=progress, threads=threads)

@@ -1,4 +1,4 @@
-"""APDM's HDF5 (Opal; Moveo, Mobility Lab; file format 5), by h5py (`pip install pytracker[apdm]`): one of its sensors.
+"""APDM's HDF5 (Opal; Moveo, Mobility Lab; file format 5), by h5py (the extra `apdm`): one of its sensors.
 
 `/Sensors/<id>` holds `Accelerometer` (m/s²), `Gyroscope` (rad/s), `Magnetometer` and `Time` (µs since 1970), its
 `Configuration` where it was worn, `/Processed/<id>/Orientation` the sensor's, w first, where it was computed.
@@ -40,7 +40,7 @@ def read_apdm(path: Path, segment: str) -> ImuLog:
     try:
         import h5py  # noqa: PLC0415 - an extra
     except ImportError:
-        raise InputError(f"{path}: reading HDF5 needs h5py: pip install 'pytracker[apdm]'") from None
+        raise InputError(f"{path}: reading HDF5 needs h5py: pip install h5py") from None
     try:
         with h5py.File(path, "r") as file:
             return _read(path, file, segment)

@@ -1,4 +1,4 @@
-"""DeepLabCut's HDF5, by h5py (`pip install pytracker[deeplabcut]`): a pandas table, without pandas.
+"""DeepLabCut's HDF5, by h5py (the extra `deeplabcut`): a pandas table, without pandas.
 
 One group (`df_with_missing`) holds `table`: an index and blocks of values. Which column a value is of, pandas writes as
 pickled lists of words; only such are read, no file can run anything.
@@ -43,7 +43,7 @@ def read_h5(path: Path) -> Keypoints:
     try:
         import h5py  # noqa: PLC0415 - an extra
     except ImportError:
-        raise InputError(f"{path}: reading HDF5 needs h5py: pip install 'pytracker[deeplabcut]'") from None
+        raise InputError(f"{path}: reading HDF5 needs h5py: pip install h5py") from None
     try:
         with h5py.File(path, "r") as file:
             levels, table, index = _table(path, file)
