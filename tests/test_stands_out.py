@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.evidence.person import largest_person
 from pytracker.evidence.stands_out import EVERYWHERE, UNSEEN
 from pytracker.formats.video import frames
 from pytracker.formats.video_write import VideoWriter
@@ -48,3 +49,25 @@ def test_a_picture_that_differs_everywhere_is_told(simulated_body: Path, tmp_pat
     assert f"first in frame {from_frame}, " in words
     assert not any(EVERYWHERE in why for why in track.reason[:from_frame])
     assert all(EVERYWHERE in why for why in track.reason[from_frame:])
+
+
+def test_who_comes_in_later_is_told(simulated_body: Path, tmp_path: Path) -> None:
+    recording = changed(tmp_path / "late", simulated_body, 1.0, 1.0, 0)
+    background = np.asarray(cv2.imread(str(simulated_body / "background.png")), dtype=np.uint8)
+    assert recording.view.video is not None
+    seen = [frame.image for frame in frames(recording.view.video)]
+    with VideoWriter(tmp_path / "late" / "video.avi", "MJPG", 25.0, background.shape[1::-1]) as writer:
+        for number, image in enumerate(seen):
+            writer.write(background if number < 10 else image)
+    loaded = pt.load(tmp_path / "late")
+    (words,) = pt.doubts(pt.track(loaded, pt.Partitioned(particles=50)))
+    assert "at the first frame 0% of the pose's trunk and arms lie on the foreground" in words
+    assert "somebody is there: does the person come in later?" in words
+
+
+def test_a_dark_first_frame_is_no_person() -> None:
+    background = np.full((120, 90, 3), 150, np.uint8)
+    with pytest.raises(
+        pt.InputError, match=r"100% of the first frame differs from the background, .* is that frame dark"
+    ):
+        largest_person(np.zeros_like(background), background, 1.7)

@@ -24,6 +24,8 @@ FILLS = 1.5
 """A picture is so many times as high as who is filmed, as a first guess."""
 LEAST_M2 = 0.15
 """Less foreground is nobody whole."""
+MOST_SHARE = 0.8
+"""Nobody fills so much of the picture."""
 
 
 def largest_person(image: Image, background: Image, height_m: float) -> tuple[BodyEvidence, Box]:
@@ -41,8 +43,14 @@ def largest_person(image: Image, background: Image, height_m: float) -> tuple[Bo
         sizes = np.asarray(stats)[1:]
         if not len(sizes) or sizes[:, cv2.CC_STAT_AREA].max() < LEAST_M2 * px_per_m**2:
             raise InputError(
-                "the first frame differs from the background by no person, expected a background without them "
-                "(camera.background)"
+                "the first frame differs from the background by no person, expected somebody: do they come later (cut "
+                "what is before off the video), or does the background hold them (camera.background)?"
+            )
+        if np.count_nonzero(evidence.foreground) > MOST_SHARE * evidence.foreground.size:
+            raise InputError(
+                f"{np.count_nonzero(evidence.foreground) / evidence.foreground.size:.0%} of the first frame differs "
+                "from the background, expected a person: is that frame dark, or the background of another light or "
+                "place of the camera?"
             )
         left, top, width, height, _ = (int(x) for x in sizes[int(np.argmax(sizes[:, cv2.CC_STAT_AREA]))])
         px_per_m = height / height_m

@@ -17,6 +17,9 @@ LYING_DEG = 60.0
 HEAD_BESIDE_M, HEAD_ABOVE_M = 0.10, 0.07
 """The person's head may be so far beside and above the skeleton's; right ones have 5 and 2 cm at most."""
 
+TOWERS_M = 0.5
+"""Nobody's head is so far above: something else is there."""
+
 POINTS_OFF_M = 0.07
 POINTS_ON_M = 0.05
 """Keypoints may lie so far from the first pose; right ones do by 3 cm at most: nearer ones bear it out."""
@@ -33,6 +36,8 @@ second it is the recording that is suspected, not the detector."""
 FACE = 0.45
 """So much of a head is skin, in the median frame, where its face is seen: of seven clips of two people 0.48 to 1."""
 
+NOBODY = 0.1
+"""Where less of the first pose is, nobody is there."""
 FIRST_ON_PERSON, LEAST_ON_PERSON = 0.65, 0.6
 """Less of trunk and arms lies on the foreground, of the first pose and of all, where the pose is beside the person, or
 the person too like the wall. Of right first poses of people 0.75 lies there at least, and of their tracks; half as
@@ -165,6 +170,9 @@ def _of_first_pose(track: BodyTrack) -> tuple[str, ...]:
     )
     if said := "; ".join(filter(None, (too_little, _head_off(track)))):
         like = "; the background may hold the person, or be too like clothes and skin" if is_first_off else ""
+        later = np.flatnonzero(track.on_person > FIRST_ON_PERSON)
+        if first < NOBODY and len(later):
+            like += f"; from frame {later[0]} on somebody is there: does the person come in later?"
         return (
             f"{where}: at the first frame {said}: check the first pose, the skeleton's size, and the camera or its "
             f"points{like}",
@@ -183,6 +191,11 @@ def _head_off(track: BodyTrack) -> str:
     right_m, below_m = track.head_off_m
     if not (abs(right_m) > HEAD_BESIDE_M or abs(below_m) > HEAD_ABOVE_M):
         return ""
+    if below_m < -TOWERS_M:
+        return (
+            f"what differs from the background reaches {-100 * below_m:.0f} cm above the skeleton's head, expected at "
+            f"most {100 * HEAD_ABOVE_M:.0f} cm (is the background of another place of the camera, or another light?)"
+        )
     side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
     return (
         f"the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's and {100 * abs(below_m):.0f} cm "
