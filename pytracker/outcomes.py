@@ -12,6 +12,7 @@ from pathlib import Path
 __all__ = ["EARLIER", "Outcome", "read_outcomes", "table_of"]
 
 EARLIER = "of an earlier run; --force does it again"
+"""What is said of those that are not done again."""
 COLUMNS = ("recording", "result", "failed", "frames", "valid", "error_m", "said", "folder")
 BETWEEN = " | "
 
@@ -28,6 +29,7 @@ class Outcome:
         error_m: 3-D RMS of the wrist of an arm, average of the joints of a body; None without truth.
         said: warnings, doubts, or why it failed.
         failed: whether there is no whole track, or one of which most frames are not valid.
+        is_earlier: whether an earlier run left it.
     """
 
     recording: Path
@@ -37,6 +39,12 @@ class Outcome:
     error_m: float | None = None
     said: tuple[str, ...] = ()
     failed: bool = False
+    is_earlier: bool = False
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """All that is said of it, whether it is of an earlier run too."""
+        return (EARLIER, *self.said) if self.is_earlier else self.said
 
 
 def table_of(outcomes: Sequence[Outcome], out: Path) -> str:
@@ -46,7 +54,7 @@ def table_of(outcomes: Sequence[Outcome], out: Path) -> str:
     writer.writerow(COLUMNS)
     for one in outcomes:
         error = "" if one.error_m is None else f"{one.error_m:.4f}"
-        cells = one.result, one.failed, one.frames, f"{one.valid:.4f}", error, BETWEEN.join(one.said)
+        cells = one.result, one.failed, one.frames, f"{one.valid:.4f}", error, BETWEEN.join(one.words)
         writer.writerow([_plain(one.recording.resolve().name), *cells, _plain(_seen_from(out, one.recording))])
     return text.getvalue()
 
@@ -69,8 +77,9 @@ def _of_row(out: Path, row: dict[str, str]) -> Outcome:
         frames=int(row["frames"]),
         valid=float(row["valid"]),
         error_m=float(row["error_m"]) if row["error_m"] else None,
-        said=(EARLIER, *(words for words in said if words != EARLIER)),
+        said=tuple(words for words in said if words != EARLIER),
         failed=row["failed"] == "True",
+        is_earlier=True,
     )
 
 

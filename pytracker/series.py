@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from pytracker.rotation import Array
 
-__all__ = ["last_digit", "noise_sd", "runs"]
+__all__ = ["SD_OF_MEDIAN", "last_digit", "noise_sd", "runs"]
 
 OFF_DIGITS, OFF_SHARE = 1e-3, 2e-7
 """What is a multiple of a unit is off it by no more units than this, or than the share of itself that a float32 is."""

@@ -54,6 +54,14 @@ def test_the_only_sensor_is_the_one(tmp_path: Path) -> None:
     assert read_imu(opal(tmp_path / "there.h5", ("Right Wrist",))).warnings == ()
 
 
+def test_a_second_label_says_where_it_is_worn_too(tmp_path: Path) -> None:
+    path = opal(tmp_path / "trial.h5", ("Subject 3", "Subject 3"))
+    with h5py.File(path, "a") as file:
+        for name, label in (("100", "Left Wrist"), ("101", "Right Wrist")):
+            file[f"Sensors/{name}/Configuration"].attrs["Label 1"] = np.bytes_(label)
+    assert read_imu(path, segment="right_forearm").acc == pytest.approx(ACC[1])
+
+
 def test_sides_may_be_letters(tmp_path: Path) -> None:
     path = opal(tmp_path / "trial.h5", ("L Wrist", "R Wrist"))
     assert read_imu(path, segment="right_forearm").acc == pytest.approx(ACC[1])

@@ -68,6 +68,12 @@ def test_what_a_mat_file_lacks_is_said(tmp_path: Path, arrays: dict[str, object]
         read_imu(tmp_path / "imu.mat")
 
 
+def test_points_of_another_length_are_not_left_out_unsaid(tmp_path: Path) -> None:
+    savemat(tmp_path / "truth.mat", {"elbow": np.ones((5, 3)), "wrist": np.ones((4, 3)), "fs": 100.0})
+    with pytest.raises(pt.InputError, match="wrist has 4 rows and others 5, expected as many"):
+        read_mat_points(tmp_path / "truth.mat")
+
+
 @pytest.mark.parametrize(
     ("head", "expected"),
     [

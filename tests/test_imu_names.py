@@ -268,6 +268,16 @@ def test_rows_of_empty_cells_are_none(tmp_path: Path) -> None:
     assert len(read_imu(path).time_s) == 2
 
 
+def test_an_empty_row_among_others_keeps_its_place(tmp_path: Path) -> None:
+    """Of rows that follow each other at a rate, those after it would be early."""
+    path = tmp_path / "imu.csv"
+    path.write_text("acc_x,acc_y,acc_z\n0,0,9.8\n,,\n,,\n0,0,9.8\n")
+    log = read_imu(path, rate_hz=100.0)
+    assert log.time_s == pytest.approx([0.0, 0.01, 0.02, 0.03])
+    assert log.acc is not None
+    assert np.isnan(log.acc[1:3]).all()
+
+
 def test_a_gyroscope_that_is_not_known_is_shown(tmp_path: Path) -> None:
     path = tmp_path / "imu.csv"
     path.write_text("time_s,acc_x,acc_y,acc_z,omega_1,omega_2,omega_3\n" + "0,0,0,9.8,1,2,3\n0.01,0,0,9.8,1,2,3\n")

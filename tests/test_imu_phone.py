@@ -235,6 +235,32 @@ def test_shimmers_units_stand_in_a_row(tmp_path: Path) -> None:
     assert log.lines[0] == 4
 
 
+@pytest.mark.parametrize("starred", ["", "*"])
+def test_shimmers_readable_times_and_quaternions(starred: str, tmp_path: Path) -> None:
+    names = ["Timestamp_FormattedUnix", *(f"Accel_WR_{axis}" for axis in "XYZ")]
+    names += [f"Quat_Madge_{of}DOF_{axis}" for of in (6, 9) for axis in "WXYZ"]
+    units = ["yyyy/mm/dd hh:mm:ss.000", *[f"m/(s^2){starred}"] * 3, *["no_units"] * 8]
+    rows = [f"2022/07/26 14:40:{36 + 0.01 * k:06.3f},0,0,9.81,1,0,0,0,0.6,0.8,0,0" for k in range(200)]
+    path = tmp_path / "shimmer.csv"
+    path.write_text("\n".join([",".join(f"S_{name}_CAL" for name in names), ",".join(units), *rows]) + "\n")
+    log = read_imu(path)
+    assert log.time_s == pytest.approx(0.01 * np.arange(200), abs=1e-6)
+    assert log.acc is not None
+    assert log.acc[0] == pytest.approx([0, 0, 9.81])
+    assert log.q_world_sensor is not None
+    assert log.q_world_sensor[0] == pytest.approx([0.6, 0.8, 0, 0])  # with a heading
+
+
+def test_gravity_that_pauses_leaves_a_gap(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    (folder / "TotalAcceleration.csv").unlink(missing_ok=True)
+    sensor(folder / "Accelerometer.csv", TIME_S, FORCE - UP)
+    kept = (TIME_S < 1.0) | (TIME_S > 1.5)
+    sensor(folder / "Gravity.csv", TIME_S[kept], np.tile(UP, (int(kept.sum()), 1)))
+    log = read_imu(folder)
+    assert not ((log.time_s > 1.02) & (log.time_s < 1.48)).any()
+
+
 def test_a_watchs_arm_is_found_and_tracked(tmp_path: Path) -> None:
     """The simulated sensor, written as a watch would, in a folder: heading and mount by `check`, then the wrist."""
     folder = pt.simulate_arm(tmp_path / "arm", pt.ArmScene(pattern="gesture", duration_s=15.0, acc_bias=0.0), 3)

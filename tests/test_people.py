@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -163,8 +164,7 @@ def test_points_that_are_too_large_are_told(simulated_body: Path, tmp_path: Path
     scaled = [",".join([*(f"{scale * float(x):.5f}" for x in row[:3]), *row[3:]]) for row in rows]
     path.write_text("\n".join([header, *scaled]) + "\n")
     (words,) = pt.doubts(pt.track(pt.load(folder), pt.Partitioned(particles=50)))
-    assert "at the first frame " in words
-    assert "the person's head is" in words
+    assert re.search(r"at the first frame .*the person's head is \d", words)
 
 
 def test_of_people_that_are_described_rightly_nothing_is_said(tracked: list[tuple[Path, BodyTrack]]) -> None:

@@ -56,6 +56,16 @@ def test_keypoints_of_people_that_are_early_or_late_are_told(shared: Callable[[s
         assert all(nearer_m > 0.002 for _, nearer_m in told[1:])
 
 
+def test_points_that_are_never_on_skin_are_not_called_late(sensed: Path) -> None:
+    """Of a video of half the size they were said to be of 96 frames after."""
+    recording = without(load(sensed))
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    points = keypoints.points * np.array([0.5, 0.5, 1.0])
+    view = dataclasses.replace(recording.view, keypoints=dataclasses.replace(keypoints, points=points))
+    assert found(dataclasses.replace(recording, view=view), (0, 6, -9)) == [(0, 0.0)] * 3
+
+
 @pytest.mark.parametrize("shrunk", [1, 3])
 def test_wrists_are_looked_for_where_the_smaller_picture_has_them(shrunk: int) -> None:
     """Skin moves by a pixel of the smaller picture a frame; a wrist on it, in the frame's, is four frames late."""

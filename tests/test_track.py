@@ -423,3 +423,21 @@ def test_a_sample_comes_before_the_frame_of_its_time() -> None:
     assert [o.index for o in found if not o.is_frame] == list(range(len(times)))
     before = [found[k - 1] for k, o in enumerate(found) if o.is_frame]
     assert [(o.is_frame, o.time_s) for o in before] == [(False, time_s) for time_s in frame_times]
+
+
+@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "a", None])
+def test_a_seed_is_a_whole_number(simulation: ArmSimulation, sightings: pt.Sightings, seed: object) -> None:
+    with pytest.raises(pt.InputError, match="expected a whole number, 0 or larger"):
+        pt.track(simulation.recording(), pt.Ekf(), seed, sightings=sightings)  # type: ignore[call-overload]
+
+
+@pytest.mark.parametrize("method", [pt.Layered, "layered"])
+def test_a_method_is_an_object(simulation: ArmSimulation, method: object) -> None:
+    with pytest.raises(pt.InputError, match="expected a method object, such as"):
+        pt.track(simulation.recording(), method)  # type: ignore[call-overload]
+
+
+def test_a_report_is_of_a_list_of_tracks(simulation: ArmSimulation, sightings: pt.Sightings, tmp_path: Path) -> None:
+    track = pt.track(simulation.recording(), pt.Ekf(), sightings=sightings)
+    with pytest.raises(pt.InputError, match=r"expected a list of them: \[track\]"):
+        pt.write_report(track, tmp_path / "out")  # type: ignore[arg-type]

@@ -181,10 +181,10 @@ def _track_several(
 
     def told(one: Outcome) -> None:
         error = "" if one.error_m is None else f", {100 * one.error_m:.1f} cm off"
-        state = f"failed: {one.said[0]}" if one.failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
-        when = f" ({EARLIER})" if EARLIER in one.said else ""
-        say(f"{one.recording}: {state}{when}", quiet)
-        warn(tuple(words for words in one.said[one.failed :] if words != EARLIER))
+        why, others = (one.said[0], one.said[1:]) if one.failed and one.said else ("", one.said)
+        state = f"failed: {why}" if one.failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
+        say(f"{one.recording}: {state}{f' ({EARLIER})' if one.is_earlier else ''}", quiet)
+        warn(others)
 
     outcomes = batch.track_all(
         folders, out, method_of, seed=seed, page=not no_report, force=force, jobs=jobs, done=told

@@ -12,8 +12,9 @@
 | `subject`, `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |
 | `lag`, `clocks`, `hanging` | whether a patch moves as the sensor does: later, slower, or not at all |
 | `borne_out`, `points_borne_out`, `ambiguity` | whether pictures, skin and keypoints bear a pose out |
+| `lately` | what was so over the last moments |
 | `trunk`, `stature`, `facing` | whether who is seen is as large, as tall, and turned as is tracked |
-| `stands_out` | whether the person differs from the background, and the rest of the picture does not |
+| `stands_out`, `cut_off` | whether the person differs from the background, and is not hidden below the hips |
 | `coloured`, `boards`, `grid` | coloured things that move; calibration boards; a grid of pixels |
 """
 

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
+from pytracker.evidence.lately import mean_lately
 from pytracker.evidence.silhouette import BodyEvidence, Region
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
+from pytracker.series import runs
 
-__all__ = ["ARMS", "COLUMN_M", "CROWN_M", "WINDOW_S", "BorneOut", "head_off", "recent"]
+__all__ = ["ARMS", "COLUMN_M", "CROWN_M", "BorneOut", "head_off"]
 
 SIDES = ("left", "right")
 WRISTS = tuple(f"{side}_wrist" for side in SIDES)
@@ -45,8 +47,6 @@ ON_PERSON = 0.2
 a median of the clip itself, which has some of who stands still."""
 ASK_EVERY_S = 0.06
 """What skin leaves open changes slowly, and asking takes as long as a layer of the filter."""
-WINDOW_S = 0.25
-"""Reasons are of this much time: one frame's mask may be wrong."""
 MOST_M = 0.5
 
 
@@ -69,12 +69,11 @@ def head_off(camera: Camera | WeakPerspective, joints: Mapping[str, Array], evid
         return np.full(2, np.nan)
     head = rows[0] + CROWN_M * px_per_m
     # A skeleton that is too tall has its head above the person, or above the picture.
-    on = np.flatnonzero(mask[min(height - 1, round(max(v, head)))])
-    if not len(on):
+    pieces = runs(mask[min(height - 1, round(max(v, head)))] > 0)
+    if not pieces:
         return np.full(2, np.nan)
-    runs = np.split(on, np.flatnonzero(np.diff(on) > 1) + 1)
-    nearest = min(runs, key=lambda run: float(np.abs(run - u).min()))
-    return np.array([0.5 * (nearest[0] + nearest[-1]) - u, head - v]) / px_per_m
+    first, after = min(pieces, key=lambda piece: max(piece[0] - u, u - piece[1] + 1, 0.0))
+    return np.array([0.5 * (first + after - 1) - u, head - v]) / px_per_m
 
 
 class BorneOut:
@@ -160,7 +159,7 @@ class BorneOut:
             (self._nobodys, NOBODYS, ("",), "skin that no arm explains"),
         )
         for values, limit, joints, why in checks:
-            rows = recent(time_s, np.minimum(np.array(values).reshape(len(time_s), -1), MOST_M))
+            rows = mean_lately(time_s, np.minimum(np.array(values).reshape(len(time_s), -1), MOST_M))
             for frame, joint in np.argwhere(rows > limit):
                 reasons[frame][joints[joint]] = why
         return reasons
@@ -236,14 +235,3 @@ def _around(labels: NDArray[Any], places: Array, reach: int) -> list[int]:
         left, top = (int(np.clip(x, 0, most - 1)) for x, most in ((u, width), (v, height)))
         found.update(np.unique(labels[max(0, top - reach) : top + reach + 1, max(0, left - reach) : left + reach + 1]))
     return sorted(found)
-
-
-def recent(time_s: Array, values: Array) -> Array:
-    """Mean of what is known over the last `WINDOW_S` `(T, K)`; NaN where nothing is."""
-    known = np.isfinite(values)
-    sums = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), np.where(known, values, 0.0)]), axis=0)
-    counts = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), known]), axis=0)
-    first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
-    last = np.arange(1, len(time_s) + 1)
-    with np.errstate(invalid="ignore"):
-        return np.asarray((sums[last] - sums[first]) / (counts[last] - counts[first]))

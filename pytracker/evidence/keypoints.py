@@ -12,6 +12,7 @@ import numpy as np
 
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array
+from pytracker.series import SD_OF_MEDIAN
 
 __all__ = ["PointsEvidence", "with_spreads"]
 
@@ -56,7 +57,7 @@ def with_spreads(keypoints: Keypoints) -> Array:
     for k in reversed(range(len(EDGES) - 1)):
         inside = jumps[(confidence > EDGES[k]) & (confidence <= EDGES[k + 1]) & np.isfinite(jumps)]
         if len(inside) >= ENOUGH:
-            known = max(known, LEAST_PX, float(1.4826 * np.median(inside) / np.sqrt(6.0)))
+            known = max(known, LEAST_PX, float(SD_OF_MEDIAN * np.median(inside) / np.sqrt(6.0)))
         spread[k] = known or worst
     within = np.clip(np.searchsorted(EDGES, confidence, side="left") - 1, 0, len(EDGES) - 2)
     points[..., 2] = np.where(np.isfinite(points[..., 0]), spread[within], np.nan)

@@ -133,7 +133,7 @@ def explained_by(camera: Array, imu: Array, seen: Array) -> tuple[Array, Array]:
         for j in range(2):
             across[:, i, j] = np.fft.irfft(spectra[0][:, i] * spectra[1][:, j], size)[:count]
     products = imu[:, :, None] * imu[:, None, :]
-    if seen.all():
+    if seen.all():  # as sums, which take a part of the time
         inner = _sums(products, first_imu, overlap)
     else:
         of_seen = np.fft.rfft(seen[::-1], size)[:, None, None]

@@ -6,21 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.borne_out import ARMS, WINDOW_S
+from pytracker.evidence.borne_out import ARMS
 from pytracker.evidence.followed import LIMBS, limbs_off_m
+from pytracker.evidence.lately import first_rows, median_of_known
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["PointsBorneOut", "median_of_known"]
+__all__ = ["PointsBorneOut"]
 
 ELSEWHERE_M = 0.15
 """A joint so far from its point is not where it is thought to be; right ones are 2 to 4 cm off."""
-
-
-def median_of_known(rows: Array) -> Array:
-    """Column by column, of what is known: one wild point says nothing; NaN where nothing is."""
-    known = np.isfinite(rows)
-    return np.array([np.median(rows[of, k]) if (of := known[:, k]).any() else np.nan for k in range(rows.shape[1])])
 
 
 class PointsBorneOut:
@@ -45,10 +40,9 @@ class PointsBorneOut:
     def reasons(self) -> list[dict[str, str]]:
         """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""
         time_s, off = np.array(self._time_s), np.array(self._off_m).reshape(-1, len(LIMBS))
-        first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
         reasons: list[dict[str, str]] = []
-        for k in range(len(time_s)):
-            row = median_of_known(off[first[k] : k + 1])
+        for k, first in enumerate(first_rows(time_s)):
+            row = median_of_known(off[first : k + 1])
             if np.isnan(row).all():
                 reasons.append({"": "no keypoints of the arms"})
                 continue

@@ -1,6 +1,6 @@
-"""Whether the person stands out: hardly differing from the wall there is too little of the pose on the foreground.
+"""Whether the person differs from the background, and the rest of the picture does not.
 
-Where all else differs from the background too, every pose is on it.
+Where they hardly do, little of the pose lies on the foreground; where everything does, every pose lies there.
 """
 
 from __future__ import annotations
@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pytracker.evidence.borne_out import recent
+from pytracker.evidence.lately import mean_lately
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -21,18 +22,18 @@ POINTS = 12
 LEAST_ON_TRUNK = 0.6
 """Of clips of people who stand out 0.72 of trunk and shoulders at least lie on the foreground, in 95 % of the frames;
 where they differ from the wall by half as much, 0.61 at most. Chest and shoulders alone are more."""
-UNSEEN = "hardly differs from the background"
-MOST_M2, MOST_SHARE = 1.5, 0.25
+HARDLY = "the person hardly differs from the background"
+MOST_M2, MOST_SHARE = 1.5, 0.15
 """More foreground, and a larger share of the picture, is no person: one has 0.6 m² at most, two have 1.2."""
 EVERYWHERE = "more of the picture than a person differs from the background"
-TRUNK = (("root", "neck"), ("neck", "head"), ("left_shoulder", "right_shoulder"))
-ARMS = tuple(
+TRUNK_LINES = (("root", "neck"), ("neck", "head"), ("left_shoulder", "right_shoulder"))
+ARM_LINES = tuple(
     (f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (("shoulder", "elbow"), ("elbow", "wrist"))
 )
 
 
 class StandsOut:
-    """How much of the lines from joint to joint, of trunk and arms, lies on the foreground.
+    """How much of the lines from joint to joint, of trunk and arms, lies on the foreground, and how large that is.
 
     Args:
         camera: what sees it.
@@ -41,35 +42,47 @@ class StandsOut:
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
         self._time_s: list[float] = []
-        self._trunk: list[float] = []
-        self.floods: list[bool] = []
-        """Whether more of every frame than a person differs from the background."""
-        self.shares: list[float] = []
-        """Of all lines of every frame; NaN where they are outside the picture."""
+        self._on_trunk: list[float] = []
+        self._on_lines: list[float] = []
+        self._floods: list[bool] = []
 
     def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is."""
-        on_trunk, on_arms = (self._on(foreground, joints, lines) for lines in (TRUNK, ARMS))
-        both = np.concatenate([on_trunk, on_arms])
-        self._time_s.append(time_s)
-        px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
-        count = int(np.count_nonzero(foreground))
-        self.floods.append(count > max(MOST_M2 * px_per_m**2, MOST_SHARE * foreground.size))
-        self._trunk.append(float(on_trunk.mean()) if len(on_trunk) else np.nan)
-        self.shares.append(float(both.mean()) if len(both) else np.nan)
-
-    def _on(self, foreground: Image, joints: Mapping[str, Array], lines: tuple[tuple[str, str], ...]) -> Array:
-        """Which points of lines lie on it, 1 or 0 `(P,)`, of those within the picture."""
         names = list(joints)
         pixels = dict(zip(names, self._camera.project(np.stack([joints[name] for name in names])), strict=True))
         pixels["neck"] = 0.5 * (pixels["left_shoulder"] + pixels["right_shoulder"])
-        points = np.concatenate([np.linspace(pixels[a], pixels[b], POINTS) for a, b in lines])
-        points = np.rint(points[np.isfinite(points).all(axis=1)])
-        u, v = points[((points >= 0) & (points < foreground.shape[::-1])).all(axis=1)].astype(int).T
-        return np.asarray(foreground[v, u] > 0, dtype=np.float64)
+        on_trunk, on_arms = (_on(foreground, pixels, lines) for lines in (TRUNK_LINES, ARM_LINES))
+        px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
+        most_px = max(MOST_M2 * px_per_m**2, MOST_SHARE * foreground.size)
+        self._time_s.append(time_s)
+        self._on_trunk.append(_share(on_trunk))
+        self._on_lines.append(_share(np.concatenate([on_trunk, on_arms])))
+        self._floods.append(int(np.count_nonzero(foreground)) > most_px)
+
+    @property
+    def shares(self) -> Array:
+        """Of all lines of every frame `(T,)`; NaN where they are outside the picture."""
+        return np.array(self._on_lines)
+
+    @property
+    def floods(self) -> NDArray[np.bool_]:
+        """In which frames more than a person differs from the background `(T,)`."""
+        return np.array(self._floods, dtype=bool)
 
     def reasons(self) -> list[str]:
         """Of every frame; empty where nothing speaks against it."""
-        shares = recent(np.array(self._time_s), np.array(self._trunk).reshape(-1, 1))[:, 0]
-        words = (UNSEEN if share < LEAST_ON_TRUNK else "" for share in shares)
-        return [EVERYWHERE if floods else why for floods, why in zip(self.floods, words, strict=True)]
+        lately = mean_lately(np.array(self._time_s), np.array(self._on_trunk).reshape(-1, 1))[:, 0]
+        hardly = [HARDLY if share < LEAST_ON_TRUNK else "" for share in lately]
+        return [EVERYWHERE if floods else why for floods, why in zip(self._floods, hardly, strict=True)]
+
+
+def _on(foreground: Image, pixels: Mapping[str, Array], lines: tuple[tuple[str, str], ...]) -> NDArray[np.bool_]:
+    """Which points of lines lie on it `(P,)`, of those within the picture."""
+    points = np.concatenate([np.linspace(pixels[a], pixels[b], POINTS) for a, b in lines])
+    points = np.rint(points[np.isfinite(points).all(axis=1)])
+    u, v = points[((points >= 0) & (points < foreground.shape[::-1])).all(axis=1)].astype(int).T
+    return np.asarray(foreground[v, u] > 0)
+
+
+def _share(is_on: NDArray[np.bool_]) -> float:
+    return float(is_on.mean()) if len(is_on) else float("nan")

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.borne_out import WINDOW_S
 from pytracker.evidence.followed import followed
-from pytracker.evidence.points_borne_out import median_of_known
+from pytracker.evidence.lately import first_rows, median_of_known
 from pytracker.formats.video import probe
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import BodyRecording
@@ -64,10 +63,9 @@ def _is_nearer(length: Array, width: Array) -> NDArray[np.bool_]:
 def against_first(time_s: Array, sizes: Array) -> Array:
     """Sizes `(T, K)` lately, over those of the first frames; NaN, larger and smaller than nothing, where not seen."""
     sizes = np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, np.nan)
-    first = np.searchsorted(time_s, time_s - WINDOW_S, side="right")
     usual = at_first(time_s, sizes)
-    recent = [median_of_known(sizes[first[k] : k + 1]) / usual for k in range(len(time_s))]
-    return np.array(recent).reshape(sizes.shape)
+    lately = [median_of_known(sizes[first : k + 1]) / usual for k, first in enumerate(first_rows(time_s))]
+    return np.array(lately).reshape(sizes.shape)
 
 
 def at_first(time_s: Array, sizes: Array) -> Array:

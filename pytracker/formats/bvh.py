@@ -12,7 +12,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.markers import Markers
-from pytracker.formats.text import number, read_lines
+from pytracker.formats.text import first_line, number, read_lines
 from pytracker.rotation import Array
 
 __all__ = ["read_bvh"]
@@ -46,7 +46,7 @@ def read_bvh(path: Path | str) -> Markers:
     """
     path = Path(path)
     lines = read_lines(path)
-    top = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), 0)
+    top = first_line(lines)
     if lines[top].strip().upper() != "HIERARCHY":
         raise InputError(f"{path}:{top + 1}: starts with {lines[top][:40]!r}, expected HIERARCHY")
     joints, first = _hierarchy(path, lines, top + 1)

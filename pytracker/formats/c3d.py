@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,6 @@ from pytracker.formats.markers import Markers, without_fillers
 
 __all__ = ["read_c3d"]
 
-MOST_LABELS = 256
-"""Parameters of labels are numbered up to this."""
 UNITS_M = {
     **dict.fromkeys(("mm", "millimeters", "millimetres"), 0.001),
     **dict.fromkeys(("cm", "centimeters", "centimetres"), 0.01),
@@ -33,8 +32,9 @@ def read_c3d(path: Path | str) -> Markers:
         data = ezc3d.c3d(str(path))
         parameters = data["parameters"]["POINT"]
         # A parameter has 255 values at most: further ones are in LABELS2, LABELS3, ...
-        numbered = (f"LABELS{number}" for number in ("", *range(2, MOST_LABELS)))
-        labels = [label for name in numbered if name in parameters for label in parameters[name]["value"]]
+        numbered = (f"LABELS{number}" for number in itertools.chain([""], itertools.count(2)))
+        there = itertools.takewhile(parameters.__contains__, numbered)
+        labels = [label for name in there for label in parameters[name]["value"]]
         unit = " ".join(map(str, parameters["UNITS"]["value"])).strip().lower()
         header = data["header"]["points"]
         rate_hz, began = float(header["frame_rate"]), int(header["first_frame"])

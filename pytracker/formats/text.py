@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 
-__all__ = ["Table", "cells_of", "delimited", "number", "parse_table", "points_for_commas", "read_lines"]
+__all__ = ["Table", "cells_of", "delimited", "first_line", "number", "parse_table", "points_for_commas", "read_lines"]
 
 Float = NDArray[np.float64]
 
 EMPTY = {"", "nan", "null", "none", "na", "n/a"}
 """Cells that say "no value", lower-case."""
 EMPTY_ROW = ' ,;"'
-"""What rows of a spreadsheet hold below its last; tabs may stand for cells that are empty in a row that is there."""
+"""What rows of a spreadsheet hold below its last; among others they are samples without values."""
 DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
@@ -44,6 +44,11 @@ def read_lines(path: Path) -> list[str]:
     if not text.strip():
         raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
     return text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
+
+
+def first_line(lines: Sequence[str]) -> int:
+    """Index of the first line that is neither blank nor a comment (`#`); 0 where all are."""
+    return next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), 0)
 
 
 def delimited(lines: list[str], first: int = 0) -> tuple[str, list[str]]:
@@ -114,15 +119,17 @@ class Table:
 def parse_table(
     path: Path, lines: Sequence[str], first: int, names: Sequence[str], delimiter: str, wanted: set[str]
 ) -> Table:
-    """Numbers of the `wanted` columns in `lines[first:]`; lines that are blank or of empty cells are passed over.
+    """Numbers of the `wanted` columns in `lines[first:]`.
 
-    Raises `InputError` for a row with another number of cells than names, a cell that is no number, or no row.
+    Blank lines are passed over, and rows of empty cells below the last. Raises `InputError` for a row with another
+    number of cells than names, a cell that is no number, or no row.
     """
     kept = [(k, name) for k, name in enumerate(names) if name in wanted]
     rows, numbers = [], []
-    for index in range(first, len(lines)):
+    end = max((k + 1 for k in range(first, len(lines)) if lines[k].strip(EMPTY_ROW)), default=first)
+    for index in range(first, end):
         line = lines[index]
-        if not line.strip(EMPTY_ROW):
+        if not line.strip(" "):
             continue
         cells = _split_cells(line, delimiter, len(names))
         if len(cells) != len(names):

@@ -12,7 +12,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.markers import Markers, without_fillers
-from pytracker.formats.text import cells_of, delimited, parse_table, read_lines
+from pytracker.formats.text import cells_of, delimited, first_line, parse_table, read_lines
 
 __all__ = ["read_truth_csv"]
 
@@ -21,7 +21,7 @@ def read_truth_csv(path: Path | str) -> Markers:
     """Read it. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
     lines = read_lines(path)
-    first = next((k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")), 0)
+    first = first_line(lines)
     delimiter, lines = delimited(lines, first)
     names = [name.strip().strip('"').strip() for name in cells_of(lines[first], delimiter)]
     joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]

@@ -32,7 +32,7 @@ TURNS_RAD, TURNS_RAD_S = 0.1, 0.1
 SHAKES = 0.5
 """An acceleration that varies by so much is that of a sensor that moves, m/s², standard deviation."""
 DIGITS = 5
-"""More are those of a computer."""
+"""Numbers of more decimals were computed, not rounded."""
 COARSE = 0.005
 """An orientation of coarser digits may stay the same."""
 MOST_SHARE = 0.5

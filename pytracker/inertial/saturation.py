@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.inertial.log import ImuLog
+from pytracker.series import runs
 
 __all__ = ["saturates"]
 
@@ -27,14 +28,13 @@ def _of(log: ImuLog, what: str, values: NDArray[np.float64]) -> list[str]:
     found = []
     for axis, of_axis in zip("xyz", values.T, strict=True):
         for end in (np.nanmax(of_axis), np.nanmin(of_axis)):
-            at_end = np.flatnonzero(np.abs(of_axis - end) <= SAME * abs(end))
-            runs = np.split(at_end, np.flatnonzero(np.diff(at_end) > 1) + 1)
-            standing = [run for run in runs if len(run) >= STANDS]
+            standing = runs(np.abs(of_axis - end) <= SAME * abs(end), STANDS)
             if abs(end) < least or not standing:
                 continue
+            lengths = [after - first for first, after in standing]
             found.append(
                 f"{log.path}:{log.lines[standing[0][0]]}: the {what} along {axis} stands at {end:.4g} {unit} for "
-                f"{max(map(len, standing))} samples, {sum(map(len, standing))} in all, expected a sensor whose range "
+                f"{max(lengths)} samples, {sum(lengths)} in all, expected a sensor whose range "
                 "holds the movement: what was beyond it is lost"
             )
     return found

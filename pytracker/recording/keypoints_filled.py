@@ -23,7 +23,7 @@ STRAIGHT_PX = 0.005
 ROUNDED = 3.0
 """So many units of the last digit a second difference of rounded numbers may be off."""
 DIGITS = 3
-"""More are those of a computer."""
+"""Numbers of more decimals were computed, not rounded."""
 TREMBLE = 20.0
 """Those of a joint's other points are usually so many times larger: else straightness tells nothing."""
 

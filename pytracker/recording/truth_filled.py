@@ -35,19 +35,20 @@ rests, to its digits, rests, and is where it is said to be."""
 JUMPS_M = 1.0
 """What leaps so far is no gap that was filled in: a stray."""
 DIGITS = 6
+"""Numbers of more decimals were computed, not rounded."""
 
 
 def without_filled(file: Path, markers: Markers, name: str) -> tuple[Array, tuple[str, ...]]:
     """A marker's places, m `(T, 3)`, NaN where they were filled in; and a word where they were."""
     points = markers.positions_m[name]
-    runs = list(_filled(markers.time_s, points))
-    if not runs:
+    filled = list(_filled(markers.time_s, points))
+    if not filled:
         return points, ()
     points = points.copy()
-    for first, end in runs:
+    for first, end in filled:
         points[first:end] = np.nan
-    count = sum(end - first for first, end in runs)
-    first, end = max(runs, key=lambda run: run[1] - run[0])
+    count = sum(end - first for first, end in filled)
+    first, end = max(filled, key=lambda run: run[1] - run[0])
     from_s, to_s = markers.time_s[first], markers.time_s[end - 1]
     return points, (
         f"{file}: {name} goes straight on, or stays, to the last digit in {count} of {len(points)} rows, and turns off "

@@ -89,6 +89,6 @@ def _figures(tracks: Sequence[ArmTrack], labels: Sequence[str], scores: Scores |
         ("Path in space", f"Path of the wrist in space by {labels[0]}, with the arm", figures.path_3d(tracks, labels))
     )
     if any(np.isfinite(track.ess).any() for track in tracks):
-        alt = "Effective sample size over time as a share of the particles; shaded where the patch was not seen"
+        alt = "Effective sample size over time as a share of the particles; shaded where it is not valid"
         made.append(("Effective sample size", alt, sample_size(tracks, labels)))
     return [embedded(title, alt, svg) for title, alt, svg in made]

@@ -89,7 +89,7 @@ def _figures(tracks: Sequence[BodyTrack], labels: Sequence[str], scores: Sequenc
     made += [
         (
             "Wrists over time",
-            f"Both wrists per axis over time with the 95 % band of {labels[0]}",
+            f"Both wrists per axis over time with the 95 % band of {labels[0]}; shaded where a wrist is not valid",
             figures.wrists(main, labels[0]),
         ),
         (

@@ -6,8 +6,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from pytracker.rotation import Array
 from pytracker.series import runs
 from pytracker.tracking.tracks import Track
@@ -15,7 +13,7 @@ from pytracker.tracking.tracks import Track
 __all__ = ["Stretch", "stretches_of"]
 
 PAUSE_S = 0.25
-"""A joint that is believed for no longer between two stretches is not worth a line of its own."""
+"""What is believed for no longer between two stretches is not worth a line of its own."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +48,7 @@ def stretches_of(track: Track) -> list[Stretch]:
 
 def _of(joint: str, time_s: Array, reasons: Sequence[str]) -> list[Stretch]:
     joined: list[list[int]] = []
-    for first, after in runs(np.array([bool(words) for words in reasons])):
+    for first, after in runs([bool(words) for words in reasons]):
         if joined and time_s[first] - time_s[joined[-1][1] - 1] < PAUSE_S:
             joined[-1][1] = after
         else:

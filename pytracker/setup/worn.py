@@ -33,7 +33,7 @@ from pytracker.rotation import (
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
-__all__ = ["CLEAR", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "put_on", "weighed"]
+__all__ = ["CLEAR", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "weighed"]
 
 HELD = Ekf(
     corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05
@@ -93,7 +93,7 @@ def mount_of(axis: Array) -> Array:
     return rotation_vector_to_quaternion(across / sine * np.arctan2(sine, cosine))
 
 
-def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterator[ArmRecording]:
+def _put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterator[ArmRecording]:
     """`recording`, its IMU as the file has it, with the IMU worn so; once for every place the wrist may start at."""
     raw, mount = recording.imus[0], mount_of(worn.axis)
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, worn.heading_rad]))
@@ -198,7 +198,7 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
     """With its log evidence, of the better of its starts, and of how likely an arm is held, and one wears it, so."""
     sightings = _first(sightings)
     found = [-np.inf]
-    for one in put_on(recording, worn, sightings):
+    for one in _put_on(recording, worn, sightings):
         track = _held(one, sightings)
         if track is None:
             continue

@@ -7,6 +7,7 @@
 | `tracks` | what every track holds |
 | `cycle` | one cycle of a particle filter, to be looked at |
 | `doubts`, `body_doubts` | what a recording says against its own description, of an arm's tried by `suspects` |
+| `foreground` | of a body: whether pose and person are in one place, and the person is told from the rest |
 | `upper_arm`, `body_sensors`, `swivel` | whether sensors point where an arm is, and elbows hang |
 | `clocks`, `pauses` | whether clocks go together, and frames are missing |
 | `patch_place`, `camera_place` | whether patch and camera are where they are said to be |

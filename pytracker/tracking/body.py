@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Tracker, TrackingError
 from pytracker.evidence.borne_out import BorneOut, head_off
+from pytracker.evidence.cut_off import CutOff
 from pytracker.evidence.facing import FaceSeen
 from pytracker.evidence.followed import followed
 from pytracker.evidence.points_borne_out import PointsBorneOut
@@ -67,8 +68,8 @@ class BodyTrack(Track):
         angles: mean, mode, standard deviation, 2.5 % and 97.5 % quantile of each `(5, T, D)`, m and rad; of the root in
             the picture's plane: where the camera looks across the world's z axis, in a world turned about y.
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
-        on_person: share of the lines from joint to joint, of trunk and arms, that lies on the foreground `(T,)`; NaN
-            where they are outside the picture.
+        on_person: share of the lines from joint to joint, of trunk and arms, that lies on the foreground `(T,)`: of the
+            first pose in the first frame, of the estimates then; NaN where they are outside the picture.
         floods: in which frames more of the picture than a person differs from the background `(T,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
         face_on_back: share of the head that is skin, where most frames have the skeleton seen from behind; else 0.
@@ -123,7 +124,7 @@ class _Watched:
         self.face = FaceSeen(self.seen_by)
         self.stature = StatureSeen(self.seen_by, ends[0], self._first["head"], is_median=is_median)
         self.head_off_m = np.full(2, np.nan)
-        self.stands_out = StandsOut(self.seen_by)
+        self.stands_out, self.cut_off = StandsOut(self.seen_by), CutOff(self.seen_by)
         self.people: list[tuple[float, Array | None]] = []
         self.exchanged: list[bool] = []
         self.points: list[Array] = []
@@ -155,6 +156,7 @@ class _Watched:
         self.borne_out.look(observation.time_s, means, sds, evidence, within)
         if not self.has_keypoints:
             self.stature.look(observation.time_s, means, evidence.foreground)
+            self.cut_off.look(observation.time_s, means, evidence.foreground)
         if (len(self.people) - 1) % LOOK_EVERY == 0:
             self.face.look(means, evidence)
         # The first pose is what the first frame is asked about.
@@ -188,9 +190,12 @@ class _Watched:
         self.points_astray_m = points.median_off_m
         seen = points.reasons() if self.is_alone else self.borne_out.reasons()
         moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
-        stood_out = [] if self.is_alone or self.has_keypoints else self.stands_out.reasons()
-        for words, why in [*zip(seen, moved, strict=True), *zip(seen, stood_out, strict=False)]:
+        for words, why in zip(seen, moved, strict=True):
             _add(words, why)
+        if not (self.is_alone or self.has_keypoints):
+            for words, why, hidden in zip(seen, self.stands_out.reasons(), self.cut_off.reasons(), strict=True):
+                _add(words, why)
+                words.update(hidden | words)
         return seen
 
 
@@ -277,8 +282,8 @@ def _assemble(
         free=method.channels,
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
         blobs=blobs,
-        on_person=found.rows(np.array(watched.stands_out.shares)),
-        floods=found.rows(np.array(watched.stands_out.floods)) > 0,
+        on_person=found.rows(watched.stands_out.shares),
+        floods=found.rows(watched.stands_out.floods.astype(float)) > 0,
         face_on_back=watched.face.on_back,
         head_off_m=watched.head_off_m,
         points=found.rows(np.array(watched.points).reshape(-1, len(KEYPOINTS), 3)),

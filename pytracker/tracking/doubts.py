@@ -1,7 +1,7 @@
 """`doubts(track)`: what a recording says against its own description, which the bands of a track cannot know.
 
 A heading or a clock that is off gives a track that is off, as sure of itself as any other. But the data fit worse:
-another heading or clock then explains them better. And a skeleton beside the person has no person about its joints.
+another heading or clock then explains them better. And a skeleton beside the person has little of them beneath it.
 """
 
 from __future__ import annotations
@@ -85,8 +85,9 @@ def doubts(track: Track) -> tuple[str, ...]:
     frames are tracked again under other descriptions (`suspects`): heading, clock, mount, lengths, shoulder, camera, a
     mirrored picture; by `PROBE`, some of them by `HELD` too. Where it was smoothed, lengths, shoulder and cameras
     should be what they are said to be, and the patch where it is said to be. Where nothing of this was said, its elbow
-    should hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. A body's key
-    joints should have foreground about them, and its head be where the person's is. Of either, frames should follow
+    should hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. Of a
+    body's trunk and arms most should lie on the foreground, which should be no larger than a person, and its head be
+    where the person's is. Of either, frames should follow
     each other without long pauses.
     """
     return ()

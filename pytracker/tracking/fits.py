@@ -32,6 +32,6 @@ def why_unfit(recording: Recording, method: Method) -> str:
 def check_fits(recording: Recording, method: Method) -> None:
     """Raise `InputError` where the method cannot track the recording, or is none."""
     if not isinstance(method, Method):
-        raise InputError(f"method is {method!r}, expected one that is made, such as pytracker.Layered(particles=500)")
+        raise InputError(f"method is {method!r}, expected a method object, such as pytracker.Layered(particles=500)")
     if why := why_unfit(recording, method):
         raise InputError(why)

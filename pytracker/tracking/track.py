@@ -103,6 +103,6 @@ def track(
     any.
     """
     check_fits(recording, method)
-    if not 0 <= seed < 2**64:
-        raise InputError(f"seed is {seed}, expected 0 or a larger whole number, below 2^64")
+    if not isinstance(seed, int) or not 0 <= seed < 2**64:
+        raise InputError(f"seed is {seed!r}, expected a whole number, 0 or larger and below 2^64")
     return TRACKERS[recording.kind](recording, method, seed, sightings=sightings, progress=progress, threads=threads)

@@ -19,6 +19,7 @@ from pytracker.rotation import Array
 __all__ = ["is_hdf5", "read_apdm"]
 
 SIDES = {"l": "left", "r": "right"}
+"""What a letter of its own stands for in a label."""
 HEAD = b"\x89HDF\r\n\x1a\n"
 WORN = {"forearm": ("forearm", "wrist", "lower arm"), "upper_arm": ("upper arm",)}
 """What APDM calls where a sensor is worn, in small letters, after the side."""

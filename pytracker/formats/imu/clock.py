@@ -20,6 +20,7 @@ CALLED = {
     1e-9: "nanoseconds",
 }  # fmt: skip
 TENTHS = {1e-3: 1e-4, 1e-6: 1e-7}
+"""Units of which there are tenths too, and those."""
 SLOW_HZ = 21.0
 """An IMU that is slower by this unit may count in tenths of it: .NET's ticks are of 100 ns."""
 TICKS_SINCE = ((6.2e17, 6.6e17), (1.3e17, 1.4e17))
@@ -41,8 +42,8 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
     if column is None or column.has_unit:
         return clock[:, 0] * (1.0 if column is None else column.factor), ()
     usual, unit_s = unit_of(clock[:, 0], rate_hz)
-    if unit_s == 1.0:
-        return clock[:, 0], ()
+    if unit_s == 1.0 or rate_hz is not None:
+        return clock[:, 0] * unit_s, ()
     hz = 1.0 / (usual * unit_s)
     words = (
         f"{table.path}: its clock does not say its unit: taken as {CALLED[unit_s]}, of {hz:.4g} Hz; "

@@ -6,9 +6,8 @@ Every sensor ticks on its own: turn rate and magnetic field are interpolated at 
 from __future__ import annotations
 
 import csv
-import dataclasses
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -71,7 +70,7 @@ def read_phone(folder: Path) -> ImuLog:
         log = read_motion(files[WATCH], read_lines(files[WATCH]))
         words = f"{folder.name} holds a watch's motion and a phone's: the watch's is taken, WristMotion.csv"
         has_phone = any(name in files for name in (*TOTAL, *LINEAR, *GYROSCOPE))
-        return dataclasses.replace(log, warnings=(words,) if has_phone else ())
+        return replace(log, warnings=(words,) if has_phone else ())
     acc = _acceleration(folder, files)
     sign = -1.0 if of.is_apple and not of.is_standard else 1.0
     warnings = []
@@ -82,7 +81,8 @@ def read_phone(folder: Path) -> ImuLog:
             "standardise frames"
         )
     gyr, mag = _found(files, GYROSCOPE, "gyr"), _found(files, MAGNETOMETER, "mag")
-    return _together(acc, sign, gyr, mag, tuple(warnings))
+    unread = {path.name for path in folder.glob("[!.]*.[cC][sS][vV]")} - {path.name for path in files.values()}
+    return replace(_together(acc, sign, gyr, mag, tuple(warnings)), unread=tuple(sorted(unread)))
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Stream:
             f"{acc.path}: acceleration is {length:.2f} m/s² in the median, expected about {GRAVITY:.1f}: gravity is "
             "not in it; expected TotalAcceleration.csv or Gravity.csv beside it"
         )
-    covered = (acc.time_s >= gravity.time_s[0]) & (acc.time_s <= gravity.time_s[-1])
+    covered = gravity.covers(acc.time_s)
     if covered.sum() < 2:
         raise InputError(f"{folder}: its sensors do not overlap ({_spans(acc, gravity)}), expected one recording")
     down = gravity.at(acc.time_s)
@@ -163,7 +163,7 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Stre
     if (back := np.flatnonzero(~(np.diff(time_s[:, 0]) >= 0))).size:
         line = int(table.lines[back[0] + 1])
         raise InputError(f"{path}:{line}: time goes back to {time_s[back[0] + 1, 0]} s, expected increasing times")
-    # A row without a value is none: what is between its neighbours is interpolated, and told where it is long.
+    # A row without a value is none.
     has = np.isfinite(values).all(axis=1)
     if not has.any():
         raise InputError(f"{path}: none of its {len(values)} rows has x, y and z, expected a sensor's values")
@@ -219,6 +219,5 @@ def _together(acc: Stream, sign: float, gyr: Stream | None, mag: Stream | None, 
         gyr=None if gyr is None else gyr.at(time_s),
         mag=None if mag is None else mag.at(time_s),
         warnings=(*warnings, *said),
-        unread=tuple(sorted(path.name for path in acc.path.parent.glob("[!.]*.[cC][sS][vV]") if path != acc.path)),
     )
     return log.kept(np.logical_and.reduce([stream.covers(time_s) for stream in others], axis=0)) if others else log
