@@ -1,4 +1,4 @@
-"""Sixty kinds of fault that an arm's recording may have, at three strengths: each changes a copy of its folder."""
+"""Sixty-one kinds of fault that an arm's recording may have, at three strengths: each changes a copy of its folder."""
 
 from __future__ import annotations
 
@@ -126,6 +126,22 @@ def cell(value: float) -> Change:
         return rows
 
     return table(apply)
+
+
+def in_ticks(a_second: float) -> Change:
+    """A clock of so many ticks a second that does not say it."""
+
+    def apply(folder: Path) -> None:
+        path = folder / "imu.csv"
+        header, *lines = path.read_text().splitlines()
+        at = header.split(",").index("time_s")
+        rows = [line.split(",") for line in lines]
+        for row in rows:
+            row[at] = str(round(a_second * float(row[at])))
+        text = "\n".join([header.replace("time_s", "timestamp"), *(",".join(row) for row in rows)])
+        path.write_text(text + "\n")
+
+    return apply
 
 
 def gap(seconds: float) -> Change:
@@ -276,6 +292,7 @@ def more_faults() -> Iterator[tuple[str, str, Callable[[float], Change], tuple[f
         lambda x: on(QUATERNION, lambda q, _: q * (1 - 2 * np.eye(4)[int(x)])),
         (1, 2, 3),
     )
+    yield "IMU", "clock in ticks, a second", in_ticks, (1e4, 1e6, 1e7)
     yield "IMU", "early, s", lambda x: imu_key(f"offset_s = {-x}"), (0.05, 0.3, 1.0)
     yield "camera", "aside, m", lambda x: shifted(0, x), (0.02, 0.05, 0.2)
     yield "camera", "above, m", lambda x: shifted(1, x), (0.02, 0.05, 0.2)

@@ -1,6 +1,6 @@
 """What happens when one thing of a recording is wrong: told before, told after, harmless, or silent. `make faults`.
 
-Sixty kinds of fault in IMU, video, camera, patch, arm and truth, at three strengths each, one at a time, on three
+Sixty-one kinds of fault in IMU, video, camera, patch, arm and truth, at three strengths each, one at a time, on three
 arms: a simulated circle, simulated gestures as bad as life, and a recording by another renderer where the shared data
 are. Then right recordings, of which nothing may be said. Writes the table as Markdown.
 """

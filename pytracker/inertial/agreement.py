@@ -29,6 +29,8 @@ AGREE = (0.5, 2.0)
 """Ratios of the two rates, axis by axis: beyond these they contradict each other."""
 ODD = (0.75, 1.33)
 """Beyond these one of them is odd, such as one that lags or is scaled."""
+STANDS = 0.05
+"""An orientation that turns by a smaller share of the gyroscope stands still."""
 ALIKE, LEAST_RATE = 0.1, 0.05
 """Axes that are off by the same ratio, to within so much, may be so by the rate; by less than the second, by a unit."""
 AXES = "xyz"
@@ -78,7 +80,7 @@ def _other_rate(log: ImuLog, ratio: Float) -> str:
 def _reason(ratio: Float) -> str:
     if np.all((ratio > 1 / 80) & (ratio < 1 / 40)):
         return "is gyr in degrees per second? Radians are expected"
-    if np.all(np.abs(ratio) < LEAST_RATE):
+    if np.all(np.abs(ratio) < STANDS):
         return "does the orientation stand still, or the two have other axes?"
     return "do their axes, signs or units differ?"
 

@@ -22,10 +22,10 @@ DAY = timedelta(days=1)
 MICROSECOND = timedelta(microseconds=1)
 
 
-def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str]:
-    """The lines; from `first` on with seconds since the first date or time of day, where column `clock` has such.
+def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str] | None:
+    """The lines, from `first` on with seconds since the first date or time of day in column `clock`.
 
-    Times of day may pass midnight. Raises `InputError` for a date or a time that is none.
+    None where it has none. Times of day may pass midnight. Raises `InputError` for a date or a time that is none.
     """
     begin = last = None
     counted = list(lines)
@@ -34,7 +34,7 @@ def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: 
         cell = cells[clock].strip(' "') if clock < len(cells) else ""
         if not DATE_OR_TIME.match(cell):
             if begin is None and cell:
-                return lines
+                return None
             continue
         at = _when(cell, last)
         if at is None:
@@ -44,7 +44,7 @@ def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: 
         begin, last = at if begin is None else begin, at
         cells[clock] = repr((at - begin) / MICROSECOND / 1e6)
         counted[k] = delimiter.join(cells)
-    return counted
+    return None if begin is None else counted
 
 
 def _when(cell: str, last: datetime | None) -> datetime | None:

@@ -92,10 +92,10 @@ def read(
     names, known = _ours(path, list(header.names), columns or {})
     _check_names(path, header.first, names, has_rate=rate_hz is not None)
     lines, clock = header.lines, known.get("time_s")
-    if "time_s" in names:
-        lines = as_seconds(path, lines, header.first, header.delimiter, names.index("time_s"))
-        # Dates say their unit.
-        clock = clock if lines is header.lines else None
+    at = names.index("time_s") if "time_s" in names else None
+    dated = None if at is None else as_seconds(path, lines, header.first, header.delimiter, at)
+    if dated is not None:
+        lines, clock = dated, None  # dates say their unit
     table = parse_table(path, lines, header.first, names, header.delimiter, OURS)
 
     def scaled(*group: str) -> NDArray[np.float64] | None:
