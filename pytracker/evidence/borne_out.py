@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
-from pytracker.evidence.lately import mean_lately
+from pytracker.evidence.lately import ASK_EVERY_S, mean_lately
 from pytracker.evidence.silhouette import BodyEvidence, Region
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
@@ -45,8 +45,6 @@ OFF_PERSON_M = 0.08
 ON_PERSON = 0.2
 """Of a detector's points more lie on the person: all of them on clips of people, 0.44 at least where the background is
 a median of the clip itself, which has some of who stands still."""
-ASK_EVERY_S = 0.06
-"""What skin leaves open changes slowly, and asking takes as long as a layer of the filter."""
 MOST_M = 0.5
 
 

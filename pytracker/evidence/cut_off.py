@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.lately import mean_lately
+from pytracker.evidence.lately import ASK_EVERY_S, mean_lately
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -39,12 +39,17 @@ class CutOff:
 
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
+        self._ask_s = -np.inf
         self._time_s: list[float] = []
         self._hidden: list[list[float]] = []
 
     def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is."""
         self._time_s.append(time_s)
+        if time_s < self._ask_s:
+            self._hidden.append([np.nan, np.nan])
+            return
+        self._ask_s = time_s + ASK_EVERY_S
         px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
         root, *wrists = self._camera.project(np.stack([joints[name] for name in ("root", *WRISTS)]))
         waist = root + np.array([0.0, HIGHEST_M * px_per_m])

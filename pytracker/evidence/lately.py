@@ -7,8 +7,10 @@ from numpy.typing import NDArray
 
 from pytracker.rotation import Array
 
-__all__ = ["first_rows", "mean_lately", "median_of_known"]
+__all__ = ["ASK_EVERY_S", "first_rows", "mean_lately", "median_of_known"]
 
+ASK_EVERY_S = 0.06
+"""What takes long to ask changes slowly: between such times it is not known."""
 WINDOW_S = 0.25
 """Reasons are of this much time: one frame's mask may be wrong."""
 

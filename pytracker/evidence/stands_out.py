@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.lately import mean_lately
+from pytracker.evidence.lately import ASK_EVERY_S, mean_lately
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -41,6 +41,7 @@ class StandsOut:
 
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
+        self._ask_s = -np.inf
         self._time_s: list[float] = []
         self._on_trunk: list[float] = []
         self._on_lines: list[float] = []
@@ -48,20 +49,28 @@ class StandsOut:
 
     def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is."""
+        px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
+        most_px = max(MOST_M2 * px_per_m**2, MOST_SHARE * foreground.size)
+        self._time_s.append(time_s)
+        self._floods.append(int(np.count_nonzero(foreground)) > most_px)
+        on_trunk, on_lines = np.nan, np.nan
+        if time_s >= self._ask_s:
+            self._ask_s = time_s + ASK_EVERY_S
+            on_trunk, on_lines = self._on(foreground, joints)
+        self._on_trunk.append(on_trunk)
+        self._on_lines.append(on_lines)
+
+    def _on(self, foreground: Image, joints: Mapping[str, Array]) -> tuple[float, float]:
+        """Share of the trunk's lines, and of all, on the foreground; NaN where they are outside the picture."""
         names = list(joints)
         pixels = dict(zip(names, self._camera.project(np.stack([joints[name] for name in names])), strict=True))
         pixels["neck"] = 0.5 * (pixels["left_shoulder"] + pixels["right_shoulder"])
         on_trunk, on_arms = (_on(foreground, pixels, lines) for lines in (TRUNK_LINES, ARM_LINES))
-        px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
-        most_px = max(MOST_M2 * px_per_m**2, MOST_SHARE * foreground.size)
-        self._time_s.append(time_s)
-        self._on_trunk.append(_share(on_trunk))
-        self._on_lines.append(_share(np.concatenate([on_trunk, on_arms])))
-        self._floods.append(int(np.count_nonzero(foreground)) > most_px)
+        return _share(on_trunk), _share(np.concatenate([on_trunk, on_arms]))
 
     @property
     def shares(self) -> Array:
-        """Of all lines of every frame `(T,)`; NaN where they are outside the picture."""
+        """Of all lines of every frame `(T,)`; NaN where they are outside the picture, or were not asked for."""
         return np.array(self._on_lines)
 
     @property

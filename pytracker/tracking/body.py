@@ -69,7 +69,7 @@ class BodyTrack(Track):
             the picture's plane: where the camera looks across the world's z axis, in a world turned about y.
         blobs: the blob given to head, left and right hand `(T, 3, 2)`, px; NaN where none was.
         on_person: share of the lines from joint to joint, of trunk and arms, that lies on the foreground `(T,)`: of the
-            first pose in the first frame, of the estimates then; NaN where they are outside the picture.
+            first pose in the first frame, of the estimates then, a few times in a window; else NaN.
         floods: in which frames more of the picture than a person differs from the background `(T,)`.
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
         face_on_back: share of the head that is skin, where most frames have the skeleton seen from behind; else 0.
