@@ -191,6 +191,27 @@ def test_the_map_of_a_room_names_what_is_in_it(room: Path) -> None:
         assert first <= {path.stem for path in room.iterdir()}
 
 
+def declared(path: Path) -> set[str] | None:
+    """The names in a file's `__all__`; None where it has none."""
+    for node in ast.parse(path.read_text("utf-8")).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return set(ast.literal_eval(node.value))
+    return None
+
+
+def test_what_other_files_use_is_declared() -> None:
+    """Names that are imported elsewhere stand in `__all__` of the file that has them."""
+    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
+    names = {module: declared(path) for module, path in files.items()}
+    undeclared = []
+    for path in files.values():
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            known = names.get(node.module or "") if isinstance(node, ast.ImportFrom) else None
+            if isinstance(node, ast.ImportFrom) and known is not None:
+                undeclared += [f"{path.name}: {node.module}.{a.name}" for a in node.names if a.name not in known]
+    assert not undeclared
+
+
 LATER_THAN_3_10 = {
     "typing": "Self Never LiteralString Required NotRequired Unpack TypeVarTuple override assert_never assert_type",
     "enum": "StrEnum ReprEnum", "datetime": "UTC", "itertools": "batched", "contextlib": "chdir", "tomllib": "loads",

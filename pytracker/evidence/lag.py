@@ -14,7 +14,17 @@ import numpy as np
 from pytracker.rotation import Array
 from pytracker.series import runs
 
-__all__ = ["EDGE_S", "GRID_S", "Lag", "banded", "explained_by", "find_lags", "was_seen"]
+__all__ = [
+    "EDGE_S",
+    "GRID_S",
+    "LEAST_OVERLAP_S",
+    "MOST_EXPLAINED",
+    "Lag",
+    "banded",
+    "explained_by",
+    "find_lags",
+    "was_seen",
+]
 
 GRID_S = 0.02
 BAND_HZ = (0.3, 4.0)

@@ -11,9 +11,8 @@ import numpy as np
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.evidence.smaller import place_in_smaller
-from pytracker.evidence.trunk import USUAL_HZ
 from pytracker.formats.keypoints.read import Keypoints
-from pytracker.formats.video import probe
+from pytracker.recording.body_view import rate_of
 from pytracker.recording.recording import BodyView
 from pytracker.rotation import Array
 
@@ -84,4 +83,4 @@ def points_late_of(view: BodyView, shrunk: int) -> PointsLate | None:
     """What looks whether keypoints are of the video's frames, made smaller; None where there are not both."""
     if view.keypoints is None or view.video is None:
         return None
-    return PointsLate(view.keypoints, probe(view.video).rate_hz or USUAL_HZ, shrunk)
+    return PointsLate(view.keypoints, rate_of(view), shrunk)

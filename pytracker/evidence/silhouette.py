@@ -19,7 +19,7 @@ from pytracker.evidence.thresholds import SilhouetteParameters
 from pytracker.formats.video import Image, as_image
 from pytracker.rotation import Array
 
-__all__ = ["BodyEvidence", "Silhouette"]
+__all__ = ["BodyEvidence", "Region", "Silhouette"]
 
 Region = tuple[NDArray[np.float32], Array]
 """Distances from a mask, and points on it."""

@@ -14,7 +14,7 @@ import numpy as np
 from pytracker.formats.video import Frame, Image, as_image
 from pytracker.rotation import Array
 
-__all__ = ["place_in_frame", "place_in_smaller", "smaller", "smaller_frames", "times_smaller"]
+__all__ = ["LEAST_PX", "place_in_frame", "place_in_smaller", "smaller", "smaller_frames", "times_smaller"]
 
 ENOUGH_PX_PER_M = 100.0
 """At least as many are left."""

@@ -17,14 +17,11 @@ from pytracker._core import KEYPOINTS
 from pytracker.evidence.followed import EXCHANGED, LIMBS
 from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoints.read import Keypoints
-from pytracker.formats.video import probe
+from pytracker.recording.body_view import rate_of
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 
 __all__ = ["points_of_subject", "subject_of"]
-
-USUAL_HZ = 30.0
-"""Of a video that does not say its rate."""
 
 SLACK_M = 0.12
 """How far most joints of somebody may be from where they were, besides what he moved: a detector trembles."""
@@ -87,9 +84,8 @@ def points_of_subject(recording: BodyRecording, keypoints: Keypoints) -> dict[in
     first_px = np.full((len(KEYPOINTS), 2), np.nan)
     for name in LIMBS:
         first_px[KEYPOINTS.index(name)] = view.camera.project(joints[name])[0]
-    rate_hz = view.rate_hz if view.video is None else probe(view.video).rate_hz
     px_per_m = float(view.camera.px_per_m(joints["root"])[0])
-    found = subject_of(with_spreads(keypoints), keypoints.frames, first_px, px_per_m, rate_hz or USUAL_HZ)
+    found = subject_of(with_spreads(keypoints), keypoints.frames, first_px, px_per_m, rate_of(view))
     rows = zip(keypoints.frames.tolist(), found, strict=True)
     return {frame: row[None] for frame, row in rows if np.isfinite(row[:, 0]).any()}
 

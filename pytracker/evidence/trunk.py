@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.followed import followed
 from pytracker.evidence.lately import first_rows, median_of_known
-from pytracker.formats.video import probe
+from pytracker.recording.body_view import rate_of
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
@@ -34,7 +34,6 @@ NARROWER = 0.7
 
 NEARER = "comes nearer than is tracked"
 FARTHER = "bends or goes farther off than is tracked"
-USUAL_HZ = 30.0
 LEAVING = 0.87
 """Length times width: a trunk that bends is shorter, one that turns narrower."""
 OFTEN = 0.25
@@ -46,11 +45,11 @@ def distance_changes(recording: BodyRecording) -> bool:
     view = recording.view
     if view.keypoints is None or not isinstance(view.camera, Camera):
         return False
-    rate_hz = view.rate_hz if view.video is None else probe(view.video).rate_hz
+    rate_hz = rate_of(view)
     first = {name: rows[0] for name, rows in recording.skeleton.joints(recording.initial[None]).items()}
     trunk = TrunkSeen(view.camera)
     for frame, people in zip(view.keypoints.frames, view.keypoints.points, strict=True):
-        trunk.look(frame / (rate_hz or USUAL_HZ), first, followed(view.camera, first, people)[0])
+        trunk.look(frame / rate_hz, first, followed(view.camera, first, people)[0])
     length, width = trunk.ratios().T
     return float(np.mean(_is_nearer(length, width) | ((length < 1.0) & (length * width < LEAVING)))) > OFTEN
 

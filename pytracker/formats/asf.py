@@ -18,7 +18,7 @@ from pytracker.formats.text import read_lines
 from pytracker.rotation import Array, Matrix, triple
 from pytracker.skeleton.skeleton import Bone, Skeleton
 
-__all__ = ["read_asf"]
+__all__ = ["INCH_M", "read_asf"]
 
 INCH_M = 0.0254
 ROTATIONS = {"rx", "ry", "rz"}

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.container import frames_of_avi, missing_bytes, span_s
 
-__all__ = ["OPENCV", "Frame", "Image", "VideoInfo", "as_image", "frames", "glimpses", "opened", "probe"]
+__all__ = ["MOST_FRAMES", "OPENCV", "Frame", "Image", "VideoInfo", "as_image", "frames", "glimpses", "opened", "probe"]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""

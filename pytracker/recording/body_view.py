@@ -16,10 +16,12 @@ from pytracker.recording.projection import camera_of, fit_weak_perspective
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry
 
-__all__ = ["view_of"]
+__all__ = ["rate_of", "view_of"]
 
 POOR_FIT_PX = 15.0
 """A weak-perspective fit worse than this is no fit."""
+USUAL_HZ = 30.0
+"""Frames a second where nothing says it."""
 
 
 def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
@@ -129,3 +131,8 @@ def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
     except InputError as error:
         raise InputError(f"{path}: camera[0]: {error}") from None
     return camera
+
+
+def rate_of(view: BodyView) -> float:
+    """Frames a second of its video, else of its keypoints alone."""
+    return (view.rate_hz if view.video is None else video.probe(view.video).rate_hz) or USUAL_HZ

@@ -15,6 +15,7 @@ from pytracker.recording.keypoints_filled import as_seen
 from pytracker.rotation import Array
 
 __all__ = [
+    "alone",
     "arms_are_seen",
     "files_of",
     "first_seen",

@@ -19,16 +19,7 @@ from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.rotation import Array, Triple
 from pytracker.skeleton.skeleton import Skeleton
 
-__all__ = [
-    "Arm",
-    "ArmRecording",
-    "BodyRecording",
-    "BodyView",
-    "Imu",
-    "Recording",
-    "Truth",
-    "View",
-]
+__all__ = ["UPPER_ARM_SD_RAD", "Arm", "ArmRecording", "BodyRecording", "BodyView", "Imu", "Recording", "Truth", "View"]
 
 
 UPPER_ARM_SD_RAD = 0.05

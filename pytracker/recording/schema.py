@@ -14,6 +14,8 @@ from pytracker.formats.toml_file import Entry, FileName, Finite, Length, Positiv
 from pytracker.inertial.conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order
 
 __all__ = [
+    "FILES",
+    "SCHEMA",
     "ArmEntry",
     "ArmFile",
     "BodyCameraEntry",

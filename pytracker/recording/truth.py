@@ -23,7 +23,7 @@ from pytracker.recording.truth_filled import without_filled
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
 
-__all__ = ["POINT_FORMATS", "load_points", "uncovered", "uncovered_between"]
+__all__ = ["POINT_FORMATS", "UP", "load_points", "uncovered", "uncovered_between"]
 
 SLACK_S = 0.1
 """Truth and video may begin and end this far apart without a word."""

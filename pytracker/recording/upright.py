@@ -6,7 +6,7 @@ import numpy as np
 
 from pytracker.rotation import Array
 
-__all__ = ["to_up"]
+__all__ = ["TO_Y", "to_up"]
 
 TO_Y = {
     "x": ((0, 0, 1), (1, 0, 0), (0, 1, 0)),

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from pytracker.tracking.tracks import JointTrack
 
 __all__ = [
+    "WITHIN_M",
     "JointScores",
     "Scored",
     "Scores",

@@ -29,7 +29,7 @@ from pytracker.setup.pose_fit import (
 )
 from pytracker.skeleton.skeleton import Skeleton
 
-__all__ = ["FirstPose", "first_pose"]
+__all__ = ["LEAST_SEEN", "FirstPose", "first_pose"]
 
 TRUNK_M = 0.5
 """From hips to shoulders."""

@@ -16,6 +16,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.evidence.sightings import Landmarks
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Arm, ArmRecording, Imu, Truth, View
 from pytracker.rotation import (
@@ -33,9 +34,10 @@ from pytracker.simulate.kinds import check_kind
 from pytracker.simulate.patterns import PATTERNS
 from pytracker.simulate.worn import RATE_HZ, Worn
 
-__all__ = ["ArmScene", "ArmSimulation"]
+__all__ = ["IMAGE_SIZE", "TRUTH_RATE_HZ", "ArmScene", "ArmSimulation"]
 
-GRAVITY = np.array([0.0, 0.0, 9.80665])
+REST = np.array([0.0, 0.0, GRAVITY])
+"""What a sensor at rest feels, m/s²."""
 IMAGE_SIZE = (640, 480)
 FOCAL_PX = 700.0
 CAMERA_DISTANCE_M = 2.0
@@ -269,7 +271,7 @@ class ArmSimulation:
         rate = turned[:, 1:] * np.sign(turned[:, :1]) / h
         rng = self._rng("imu")
         size = (len(time_s), 3)
-        acc = rotate(conjugate(q), acceleration + GRAVITY)
+        acc = rotate(conjugate(q), acceleration + REST)
         acc += s.acc_bias * _direction(rng) + s.acc_noise * rng.standard_normal(size)
         gyr = rate + s.gyr_bias * _direction(rng) + s.gyr_noise * rng.standard_normal(size)
         half = np.deg2rad(s.orientation_error_deg) / np.sqrt(2)
@@ -328,7 +330,7 @@ class ArmSimulation:
             return (self.imu,)
         rng = self._rng("upper arm")
         worn = Worn(self.scene.duration_s, rng)
-        upper = upper_arm_imu(self.shoulder, self.elbow, worn, GRAVITY, rng)
+        upper = upper_arm_imu(self.shoulder, self.elbow, worn, REST, rng)
         # One clock for both.
         time_s = upper.time_s if self._worn is None else self._worn.clock(upper.time_s)
         return self.imu, dataclasses.replace(upper, time_s=time_s)

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.recording.camera import Camera
 from pytracker.recording.worn import UP, segment_frame, to_y_up
 from pytracker.rotation import (
@@ -25,7 +26,6 @@ DROPPED, WILD = 0.05, 0.02
 """Shares of points that a detector does not find, and that it finds somewhere else."""
 SURE, UNSURE = 0.95, 0.4
 """The confidences that it states: of a third of the wild ones it is as sure as of others."""
-GRAVITY = 9.80665
 IMU_SD = (0.05, 0.01)
 """Noise of acceleration, m/s², and turn rate, rad/s."""
 HEIGHT_ALONG_ARM = {"forearm": ("wrist", "elbow"), "upper_arm": ("elbow", "shoulder")}

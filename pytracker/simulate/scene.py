@@ -17,7 +17,7 @@ from pytracker.recording.camera import Camera
 from pytracker.rotation import Array, rotate
 from pytracker.simulate.arm import IMAGE_SIZE, ArmSimulation
 
-__all__ = ["render"]
+__all__ = ["PATCH_HALF_M", "render"]
 
 # BGR
 PATCH = (70, 175, 40)

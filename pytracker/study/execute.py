@@ -28,7 +28,7 @@ from pytracker.tracking.doubts import unbelieved
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 
-__all__ = ["COLUMNS", "OTHER_BUILD", "Result", "Source", "execute", "execute_anywhere", "failed", "open_source"]
+__all__ = ["COLUMNS", "OTHER_BUILD", "Result", "Row", "Source", "execute", "execute_anywhere", "failed", "open_source"]
 
 AXES = "xyz"
 TRIPLES = {"mean": "mean_m", "sd": "sd_m", "coverage": "coverage", "half_width": "half_width_m"}

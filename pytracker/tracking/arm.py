@@ -16,7 +16,7 @@ from pytracker.rotation import Array
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
-__all__ = ["ArmTrack", "track_arm"]
+__all__ = ["JITTERY", "ArmTrack", "track_arm"]
 
 STRETCH = 200
 """Frames tracked between two calls of the progress function, at the most."""

@@ -16,7 +16,7 @@ from pytracker.methods.arm import Smooth
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track
 
-__all__ = ["Found", "found_by"]
+__all__ = ["MOTION_COLUMNS", "Found", "found_by"]
 
 TOLD = 0.85
 """The data say something of a quantity whose standard deviation they make smaller than this share of what it was."""
