@@ -11,8 +11,9 @@ import pytest
 
 import pytracker as pt
 from pytracker.formats.imu.read import files_of_imu, read_imu
+from pytracker.inertial.check import check
 from pytracker.inertial.gravity import GRAVITY
-from pytracker.rotation import Array
+from pytracker.rotation import Array, rotate
 from pytracker.simulate.arm import ArmSimulation
 
 SIMULATION = ArmSimulation(pt.ArmScene(duration_s=4.0), 3)
@@ -56,11 +57,32 @@ def test_messages_are_brought_together(tmp_path: Path) -> None:
     assert np.linalg.norm(np.diff(log.q_world_sensor, axis=0), axis=1).max() < 0.1
 
 
+@pytest.mark.parametrize("name", ["RotationMatrix", "EulerAngles"])
+def test_an_orientation_may_be_written_otherwise(name: str, tmp_path: Path) -> None:
+    folder = ximu3(tmp_path / "x")
+    expected = read_imu(folder).q_world_sensor
+    (folder / "Quaternion.csv").unlink()
+    imu = SIMULATION.recording().imus[0]
+    q, time_s = imu.q_world_segment[::2], imu.time_s[::2] + 0.002
+    m = np.stack([rotate(q, np.tile(axis, (len(q), 1))) for axis in np.eye(3)], axis=2)  # columns: the sensor's axes
+    if name == "RotationMatrix":
+        head = ",".join(f"{row}{column}" for row in "XYZ" for column in "XYZ")
+        table(folder / "RotationMatrix.csv", f"Timestamp (us),{head}", time_s, m.reshape(-1, 9))
+    else:
+        roll, pitch = np.arctan2(m[:, 2, 1], m[:, 2, 2]), -np.arcsin(np.clip(m[:, 2, 0], -1.0, 1.0))
+        angles = np.degrees(np.stack([roll, pitch, np.arctan2(m[:, 1, 0], m[:, 0, 0])], axis=1))
+        table(folder / "EulerAngles.csv", "Timestamp (us),Roll (deg),Pitch (deg),Yaw (deg)", time_s, angles)
+    log = read_imu(folder)
+    assert {path.name for path in files_of_imu(folder)} == {"Inertial.csv", f"{name}.csv"}
+    assert log.q_world_sensor is not None
+    assert expected is not None
+    assert (np.abs((log.q_world_sensor * expected).sum(axis=1)) > 0.9999).all()
+    assert len(check(log).warnings) == 1  # nothing before the first orientation
+
+
 def test_without_an_orientation_one_is_computed_and_the_field_is_taken(tmp_path: Path) -> None:
     folder = ximu3(tmp_path / "x")
     (folder / "Quaternion.csv").unlink()
-    (folder / "EulerAngles.csv").write_text("Timestamp (us),Roll (deg),Pitch (deg),Yaw (deg)\n")
-    assert "EulerAngles.csv is not read, only Quaternion.csv" in read_imu(folder).warnings[0]
     time_s = SIMULATION.recording().imus[0].time_s
     field = np.tile([0.2, 0.0, -0.4], (len(time_s), 1))
     header = "Timestamp (us),Magnetometer X (a.u.),Magnetometer Y (a.u.),Magnetometer Z (a.u.)"
@@ -74,7 +96,6 @@ def test_without_an_orientation_one_is_computed_and_the_field_is_taken(tmp_path:
     assert log.mag is None
     assert len(log.time_s) == len(time_s)
     assert "Magnetometer.csv has nothing at" in log.warnings[0]
-    assert "the orientation is computed in its place" in log.warnings[1]
 
 
 def test_what_is_missing_is_left_out_and_told(tmp_path: Path) -> None:

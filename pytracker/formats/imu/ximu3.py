@@ -1,4 +1,6 @@
-"""x-io's x-IMU3: a folder with a CSV a kind of message: `Inertial.csv`, and `Quaternion.csv`, `Magnetometer.csv`.
+"""x-io's x-IMU3: a folder with a CSV a kind of message: `Inertial.csv`, an orientation, `Magnetometer.csv`.
+
+An orientation is `Quaternion.csv`, else `RotationMatrix.csv`, else `EulerAngles.csv` (degrees, yaw about z first).
 
 Messages come at rates of their own, by one clock: orientation and magnetic field are taken at the inertial ones' times.
 """
@@ -6,7 +8,7 @@ Messages come at rates of their own, by one clock: orientation and magnetic fiel
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -19,26 +21,33 @@ from pytracker.formats.imu.stream import Stream
 from pytracker.formats.imu.table import header_of
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.inertial.log import ImuLog
-from pytracker.rotation import without_leaps
+from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion, without_leaps
 
 __all__ = ["files_of_ximu3", "is_ximu3", "read_ximu3"]
 
 Float = NDArray[np.float64]
 
-INERTIAL, QUATERNION, MAGNETOMETER = "inertial", "quaternion", "magnetometer"
+INERTIAL, MAGNETOMETER = "inertial", "magnetometer"
 OF_QUATERNION = {"w": "q_w", "x": "q_x", "y": "q_y", "z": "q_z"}
+OF_MATRIX = {row + column: f"r_{row}{column}" for row in "xyz" for column in "xyz"}
+OF_ANGLES = {name: name for name in ("roll", "pitch", "yaw")}
 OF_MAGNETOMETER = {f"magnetometer{axis}": f"mag_{axis}" for axis in "xyz"}
 """What their columns are called in ours."""
-TURNED_OTHERWISE = ("eulerangles", "rotationmatrix")
-"""Orientations that are not read."""
+ORIENTATIONS: Mapping[str, tuple[Mapping[str, str], Callable[[Float], Float]]] = {
+    "quaternion": (OF_QUATERNION, lambda values: values),
+    "rotationmatrix": (OF_MATRIX, lambda values: matrix_to_quaternion(values.reshape(-1, 3, 3))),
+    "eulerangles": (OF_ANGLES, lambda values: euler_to_quaternion(*np.deg2rad(values).T)),
+}
+"""By the file's name, the most trusted first: its columns, and its rows as quaternions."""
 MOST_OF_IT = 0.9
 """A magnetic field that is there for less of the time is left out: the heading is arbitrary."""
 
 
 def files_of_ximu3(folder: Path) -> dict[str, Path]:
     """What is read of a folder, by name in small letters; without `inertial` it is none of x-io's."""
-    known = {INERTIAL, QUATERNION, MAGNETOMETER}
-    return {path.stem.lower(): path for path in sorted(folder.glob("*.[cC][sS][vV]")) if path.stem.lower() in known}
+    there = {path.stem.lower(): path for path in sorted(folder.glob("[!.]*.[cC][sS][vV]"))}
+    orientation = next((name for name in ORIENTATIONS if name in there), "")
+    return {name: there[name] for name in (INERTIAL, orientation, MAGNETOMETER) if name in there}
 
 
 def is_ximu3(folder: Path) -> bool:
@@ -50,15 +59,13 @@ def read_ximu3(folder: Path) -> ImuLog:
     """The inertial messages, with the orientation and field between theirs. Raises `InputError`."""
     files = files_of_ximu3(folder)
     log = table.read(files[INERTIAL], read_lines(files[INERTIAL]))
-    if QUATERNION in files:
-        log = _oriented(log, _message(files[QUATERNION], OF_QUATERNION))
+    for name, (columns, as_quaternions) in ORIENTATIONS.items():
+        if name in files:
+            turned = _message(files[name], columns)
+            log = _oriented(log, dataclasses.replace(turned, values=as_quaternions(turned.values)))
     if MAGNETOMETER in files:
         log = _magnetic(log, _message(files[MAGNETOMETER], OF_MAGNETOMETER))
-    idle = [path.name for path in sorted(folder.glob("*.[cC][sS][vV]")) if path.stem.lower() in TURNED_OTHERWISE]
-    if QUATERNION in files or not idle:
-        return log
-    words = f"{folder.name}: {idle[0]} is not read, only Quaternion.csv: the orientation is computed in its place"
-    return dataclasses.replace(log, warnings=(*log.warnings, words))
+    return log
 
 
 def _oriented(log: ImuLog, turned: Stream) -> ImuLog:
