@@ -96,7 +96,7 @@ def demo(
         with whole_folder(out, force=force) as whole:
             for kind, name in (("arm", "simulated-circle"), ("body", "simulated-body")):
                 recording = pt.load(folder / name)
-                tracks[kind] = track_all(recording, _of_use(recording), seed, progress)
+                tracks[kind] = by_each(recording, _of_use(recording), seed, progress)
                 pt.write_report(tracks[kind], whole / kind, progress=progress)
             (whole / "index.html").write_text(render_index(tracks), "utf-8")
     for of_kind in tracks.values():
@@ -210,7 +210,7 @@ def report(
     chosen = named or _of_use(recording)
     warn(recording.warnings)
     with frames_bar(quiet) as progress:
-        tracks = track_all(recording, chosen, seed, progress)
+        tracks = by_each(recording, chosen, seed, progress)
         pt.write_report(tracks, out, force=force, progress=progress)
     contents = contents_of(tracks)
     warn((*contents.doubts[0], *(f"{label}: {words}" for label, words in contents.doubts_of_others)))
@@ -274,7 +274,7 @@ def inspect(
     say(f"wrote {out}", quiet)
 
 
-def track_all(
+def by_each(
     recording: pt.Recording, methods: Sequence[Method], seed: int, progress: Callable[[str, int], None] | None
 ) -> list[pt.Track]:
     """Every method on the same evidence; one that loses the track keeps what it had."""

@@ -73,8 +73,23 @@ def check_worn(
         chosen, rivals = best, found
     near = [one for one in rivals if one.log_evidence > chosen.log_evidence - CLEAR]
     rival = next((one for one in near if not is_same(one, chosen, KIND)), None)
+    if rival is not None:
+        return [_undecided(chosen, rival, best)], chosen
     kin = [one for one in near if is_same(one, chosen, KIND)]
-    return _words(recording, sightings, given, has, chosen, rival, kin, best), chosen
+    return _words(recording, sightings, given, has, chosen, kin, best), chosen
+
+
+def _undecided(chosen: Worn, rival: Worn, best: Worn) -> Finding:
+    """Of two ways of another kind that explain it as well."""
+    words = (
+        f"{_in_words(chosen)} and {_in_words(rival)} explain the recording as well ({_evidence(chosen, best)}, the "
+        f"other's {rival.log_evidence:.0f}): move in ways that do not repeat, or give imu.mount"
+    )
+    return Finding("clock, heading and mount", "cannot be told", words)
+
+
+def _evidence(chosen: Worn, best: Worn) -> str:
+    return f"log evidence {chosen.log_evidence:.0f}, the best of all {best.log_evidence:.0f}"
 
 
 def _words(
@@ -83,18 +98,11 @@ def _words(
     given: Worn,
     has: tuple[bool, bool, bool],
     chosen: Worn,
-    rival: Worn | None,
     kin: list[Worn],
     best: Worn,
 ) -> list[Finding]:
+    """A finding each of clock, heading and mount."""
     degrees = _degrees(chosen)
-    whole = f"log evidence {chosen.log_evidence:.0f}, the best of all {best.log_evidence:.0f}"
-    if rival is not None:
-        words = (
-            f"{_in_words(chosen)} and {_in_words(rival)} explain the recording as well ({whole}, the other's "
-            f"{rival.log_evidence:.0f}): move in ways that do not repeat, or give imu.mount"
-        )
-        return [Finding("clock, heading and mount", "cannot be told", words)]
     sds = _sds(recording, sightings, chosen)
     apart_s = max((abs(one.offset_s - chosen.offset_s) for one in kin), default=0.0)
     turned = max((abs(_turned(one, chosen)) for one in kin), default=0.0)
@@ -106,7 +114,7 @@ def _words(
         off < FROM_Y_DEG,
     )
     said = (
-        f"offset {chosen.offset_s:+.3f} ± {sds[0]:.3f} s ({whole})",
+        f"offset {chosen.offset_s:+.3f} ± {sds[0]:.3f} s ({_evidence(chosen, best)})",
         f"{degrees:+.1f} ± {np.degrees(sds[1]):.1f}° to the world{alike}",
         f"from wrist to elbow points the sensor's {_axis(chosen.axis)}, {off:.0f}° from the one that is given",
     )
