@@ -51,6 +51,15 @@ class Clock:
     worth_s: float
 
 
+@dataclass(frozen=True, eq=False)
+class _Way:
+    """The patch's way on the grid from a time on, `(G, 2)` px, and where it was seen, 1 or 0 `(G,)`."""
+
+    from_s: float
+    pixels: Array
+    seen: Array
+
+
 NONE = Clock(0.0, 0.0, 0.0, 0.0)
 """A clock by which nothing is explained."""
 
@@ -74,20 +83,19 @@ def find_clock(
     whole_px = float(np.linalg.norm(np.nanstd(pixels[first], axis=0)))
     if len(camera) < 3 * edge or not float(np.linalg.norm(camera[edge:-edge].std(axis=0))) > LEAST_SWIFT * whole_px:
         return None
-    # Where the patch was not seen its way is made up.
-    moved = camera[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge]
-    as_given = _laid(camera_s, moved, (imu_s, acceleration), 0.0, near_s)
+    way = _Way(camera_s, camera[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge])
+    as_given = _laid(way, imu_s, acceleration, 0.0, near_s)
     given = max((clock for clock in as_given if abs(clock.later_s) < near_s), key=_worth, default=NONE)
     # At another rate only what is about there is looked at.
     at_s, about_s = imu_s + given.later_s, min(near_s, MOST * FIRST_S) + MOST * FIRST_S + 2.0 * EDGE_S
     about = np.abs(at_s - np.clip(at_s, camera_s, frame_s[first][-1])) <= about_s
     rates = [STEP * step for step in range(-round(MOST / STEP), round(MOST / STEP) + 1) if step]
-    felt = imu_s[about], acceleration[about]
-    others = [clock for rate in rates for clock in _laid(camera_s, moved, felt, rate, near_s)]
+    imu_s, acceleration = imu_s[about], acceleration[about]
+    others = [clock for rate in rates for clock in _laid(way, imu_s, acceleration, rate, near_s)]
     best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=NONE)
     if best.explained < LEAST_EXPLAINED or abs(best.slower) > MOST - STEP:
         return None
-    lively = _lively(moved[0][moved[1] > 0])
+    lively = _lively(way.pixels[way.seen > 0])
     given, best = (replace(clock, worth_s=lively * clock.worth_s) for clock in (given, best))
     return given, best
 
@@ -103,23 +111,18 @@ def _worth(clock: Clock) -> float:
     return clock.worth_s
 
 
-def _laid(
-    camera_s: float, moved: tuple[Array, Array], felt: tuple[Array, Array], slower: float, near_s: float
-) -> list[Clock]:
-    """At a rate: the best clock near the one that is given, and the best of all others.
-
-    `moved` is the patch's way `(G, 2)` and where it was seen `(G,)`, `felt` the IMU's times and acceleration.
-    """
-    (camera, seen), (imu_s, acceleration) = moved, felt
+def _laid(way: _Way, imu_s: Array, acceleration: Array, slower: float, near_s: float) -> list[Clock]:
+    """At a rate: the best clock near the one that is given, and the best of all others."""
     if len(imu_s) < 2:
         return []
-    imu_start, imu = banded(imu_s + slower * (imu_s - camera_s), acceleration, integrations=2)
+    imu_start, imu = banded(imu_s + slower * (imu_s - way.from_s), acceleration, integrations=2)
     edge = round(EDGE_S / GRID_S)
     if len(imu) < 3 * edge:
         return []
-    share, overlap = explained_by(camera, imu[edge:-edge], seen)
+    share, overlap = explained_by(way.pixels, imu[edge:-edge], way.seen)
     # Position k: the camera's first sample is met by the IMU's number k - (len(camera) - 1).
-    later_s: Array = camera_s - imu_start - GRID_S * np.arange(1.0 - len(camera), len(share) - len(camera) + 1.0)
+    first = 1.0 - len(way.pixels)
+    later_s: Array = way.from_s - imu_start - GRID_S * np.arange(first, first + len(share))
     laid_s = GRID_S * overlap
     is_near = np.abs(later_s) < near_s
     is_laid = laid_s > np.where(is_near, LEAST_OVERLAP_S, LEAST_S)
