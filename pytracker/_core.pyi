@@ -12,7 +12,7 @@ from pytracker.tracking.tracks import Track
 
 __all__ = [
     "ARM_DOUBTS",
-    "ARM_UNSEEN",
+    "ARM_NOTHING_CAME",
     "KEYPOINTS",
     "KEY_JOINTS",
     "KEY_PLACES",
@@ -33,7 +33,7 @@ __all__ = [
 
 __version__: str
 ARM_DOUBTS: tuple[str, ...]
-ARM_UNSEEN: str
+ARM_NOTHING_CAME: tuple[str, ...]
 KEY_JOINTS: tuple[str, ...]
 KEY_PLACES: tuple[tuple[str, float], ...]
 KEYPOINTS: tuple[str, ...]

@@ -78,7 +78,8 @@ mod _core {
         module.py().get_type::<TrackingError>().setattr("track", module.py().None())?;
         // Tuples: nobody may change them.
         module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
-        module.add("ARM_UNSEEN", crate::arm::incoming::UNSEEN)?;
+        let nothing_came = [crate::arm::incoming::UNSEEN, crate::arm::incoming::SILENT];
+        module.add("ARM_NOTHING_CAME", pyo3::types::PyTuple::new(module.py(), nothing_came)?)?;
         let joints = crate::body::KEY_JOINTS;
         module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), joints.map(|(name, _, _)| name))?)?;
         module

@@ -285,3 +285,14 @@ def test_a_gyroscope_that_is_not_known_is_shown(tmp_path: Path) -> None:
         pt.InputError, match=r"nor a gyroscope \(it has omega_1, omega_2, omega_3 beside, which are not"
     ):
         orient(read_imu(path))
+
+
+def test_a_turn_rate_that_is_not_known_is_told(tmp_path: Path) -> None:
+    """An orientation beside it hid that it was not read."""
+    path = tmp_path / "imu.csv"
+    path.write_text(
+        "time_s,acc_x,acc_y,acc_z,q_w,q_x,q_y,q_z,gyro_dps_x\n" + "0,0,0,9.8,1,0,0,0,1\n0.01,0,0,9.8,1,0,0,0,1\n"
+    )
+    assert "columns gyro_dps_x look like a turn rate and are not read" in read_imu(path).warnings[0]
+    assert known_as("gyr_x_deg_s") == known_as("gyr_x (deg/s)")
+    assert known_as("acc_x_m_s2") == known_as("acc_x (m/s2)")

@@ -235,6 +235,25 @@ def test_shimmers_units_stand_in_a_row(tmp_path: Path) -> None:
     assert log.lines[0] == 4
 
 
+def test_samples_that_come_in_batches_are_no_gaps(tmp_path: Path) -> None:
+    """Twenty of a gyroscope at one time every 0.2 s: the accelerometer was said to have one sample."""
+    folder = phone(tmp_path / "phone", ANDROID)
+    batched = TIME_S[np.arange(len(TIME_S)) // 20 * 20]
+    sensor(folder / "Gyroscope.csv", batched, TURN)
+    assert len(read_imu(folder).time_s) > 250
+
+
+def test_a_magnetometer_that_pauses_takes_no_samples_along(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    kept = (TIME_S < 1.0) | (TIME_S > 1.5)
+    before = len(read_imu(folder).time_s)
+    sensor(folder / "Magnetometer.csv", TIME_S[kept], np.tile([20.0, 0.0, -40.0], (int(kept.sum()), 1)))
+    log = read_imu(folder)
+    assert len(log.time_s) == before
+    assert "Magnetometer.csv says nothing for" in log.warnings[-1]
+    assert "interpolated" in log.warnings[-1]
+
+
 @pytest.mark.parametrize("starred", ["", "*"])
 def test_shimmers_readable_times_and_quaternions(starred: str, tmp_path: Path) -> None:
     names = ["Timestamp_FormattedUnix", *(f"Accel_WR_{axis}" for axis in "XYZ")]

@@ -66,6 +66,17 @@ def test_points_that_are_never_on_skin_are_not_called_late(sensed: Path) -> None
     assert found(dataclasses.replace(recording, view=view), (0, 6, -9)) == [(0, 0.0)] * 3
 
 
+@pytest.mark.parametrize(("right_m", "other_m", "expected"), [(0.03, 0.08, 6), (0.06, 0.08, 0), (0.01, 0.015, 6)])
+def test_below_sleeves_a_lag_is_told_by_its_share(right_m: float, other_m: float, expected: int) -> None:
+    """Wrists are never on skin there, and yet nearer by far at the right frames."""
+    points = np.full((40, 1, 9, 3), np.nan)
+    lag = PointsLate(Keypoints(np.arange(40), points), 60.0)
+    off = np.full((30, len(lag.late)), other_m)
+    off[:, lag.late == 6] = right_m
+    lag._off_m = list(off)
+    assert lag.found()[0] == expected
+
+
 @pytest.mark.parametrize("shrunk", [1, 3])
 def test_wrists_are_looked_for_where_the_smaller_picture_has_them(shrunk: int) -> None:
     """Skin moves by a pixel of the smaller picture a frame; a wrist on it, in the frame's, is four frames late."""

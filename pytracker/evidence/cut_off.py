@@ -21,7 +21,7 @@ HALF_WIDTH_M = 0.08
 """Hips are looked at so far to either side of their middle, wrists a third of it."""
 GAP_M = 0.06
 """A belt of the wall's colour is no end."""
-HIGHEST_M, LOWEST_M = -0.25, 0.30
+HIGHEST_M, LOWEST_M = -0.40, 0.30
 """Below the hips' middle: what ends elsewhere is no thigh that is cut off."""
 SAME_M = 0.06
 """What ends so near to where the body does is cut off by the same."""

@@ -23,9 +23,9 @@ LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.0
 """So late keypoints are tried to be, s."""
 MOST_M = 0.15
 """A point that is farther from skin is somewhere else altogether."""
-NEAR_M = 0.015
-"""On average wrists are no farther from skin when they are of the right frames: 1 cm at most on clips of people. Points
-of another video are never so near."""
+NEAR_M, NEARER = 0.015, 0.45
+"""On average wrists are no farther from skin when they are of the right frames, or by so small a share of what they are
+as counted, below long sleeves. Points of another video are neither."""
 LEAST_SHARE = 0.5
 """Of so many of the frames it must be told how they fare."""
 _WRISTS = [KEYPOINTS.index(f"{side}_wrist") for side in ("left", "right")]
@@ -74,7 +74,8 @@ class PointsLate:
         told = np.isfinite(better)
         enough = told.sum(axis=0) > LEAST_SHARE * max(1, len(off))
         gains = np.where(enough, np.where(told, better, 0.0).sum(axis=0) / np.maximum(1, told.sum(axis=0)), 0.0)
-        is_near = np.where(told, off, 0.0).sum(axis=0) <= NEAR_M * told.sum(axis=0)
+        counted = np.where(told, off[:, self.late == 0], 0.0).sum(axis=0)
+        is_near = np.where(told, off, 0.0).sum(axis=0) <= np.maximum(NEAR_M * told.sum(axis=0), NEARER * counted)
         best = int(np.argmax(np.where(is_near, gains, 0.0)))
         return (int(self.late[best]), float(gains[best])) if is_near[best] and gains[best] > 0.0 else (0, 0.0)
 

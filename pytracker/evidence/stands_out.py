@@ -25,7 +25,9 @@ where they differ from the wall by half as much, 0.61 at most. Chest and shoulde
 HARDLY = "the person hardly differs from the background"
 MOST_M2, MOST_SHARE = 1.5, 0.15
 """More foreground, and a larger share of the picture, is no person: one has 0.6 m² at most, two have 1.2."""
-EVERYWHERE = "more of the picture than a person differs from the background"
+MOST_OF_ALL = 0.5
+"""Where more of the picture does, nothing is known of the person: shadows that pass are less."""
+EVERYWHERE = "most of the picture differs from the background"
 TRUNK_LINES = (("root", "neck"), ("neck", "head"), ("left_shoulder", "right_shoulder"))
 ARM_LINES = tuple(
     (f"{side}_{a}", f"{side}_{b}") for side in ("left", "right") for a, b in (("shoulder", "elbow"), ("elbow", "wrist"))
@@ -46,13 +48,16 @@ class StandsOut:
         self._on_trunk: list[float] = []
         self._on_lines: list[float] = []
         self._floods: list[bool] = []
+        self._drowns: list[bool] = []
 
     def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is."""
         px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
         most_px = max(MOST_M2 * px_per_m**2, MOST_SHARE * foreground.size)
         self._time_s.append(time_s)
-        self._floods.append(int(np.count_nonzero(foreground)) > most_px)
+        count = int(np.count_nonzero(foreground))
+        self._floods.append(count > most_px)
+        self._drowns.append(count > max(most_px, MOST_OF_ALL * foreground.size))
         on_trunk, on_lines = np.nan, np.nan
         if time_s >= self._ask_s:
             self._ask_s = time_s + ASK_EVERY_S
@@ -82,7 +87,7 @@ class StandsOut:
         """Of every frame; empty where nothing speaks against it."""
         lately = mean_lately(np.array(self._time_s), np.array(self._on_trunk).reshape(-1, 1))[:, 0]
         hardly = [HARDLY if share < LEAST_ON_TRUNK else "" for share in lately]
-        return [EVERYWHERE if floods else why for floods, why in zip(self._floods, hardly, strict=True)]
+        return [EVERYWHERE if drowns else why for drowns, why in zip(self._drowns, hardly, strict=True)]
 
 
 def _on(foreground: Image, pixels: Mapping[str, Array], lines: tuple[tuple[str, str], ...]) -> NDArray[np.bool_]:

@@ -6,7 +6,7 @@ Every line says what was looked at, the verdict, and why. What is not there yet 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +32,7 @@ from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.worn import Worn
 from pytracker.tracking.clocks import is_another, words_of
 from pytracker.tracking.doubts import is_unusable, unbelieved
-from pytracker.tracking.found import Found, found_by
+from pytracker.tracking.found import CLOCK, Found, found_by
 from pytracker.tracking.track import default_method, track
 from pytracker.tracking.tracks import Track
 
@@ -92,11 +92,23 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
     tracked = None
     if write or not changes:
         tracked, said = _whole(draft.folder)
-        found += said
+        found += said if _is_clock_told(found) else [_as_open(one) for one in said]
     else:
         words = "is tracked and looked at once what is found above is written (--write)"
         found.append(Finding("the whole recording", "cannot be told", words))
     return Checkup(draft.folder, tuple(found), laid_over, box, tracked)
+
+
+def _is_clock_told(findings: Sequence[Finding]) -> bool:
+    """Whether the clock was found or stands, of an arm; that of a body is not asked for."""
+    return not any(one.what.startswith("clock") and one.verdict == "cannot be told" for one in findings)
+
+
+def _as_open(finding: Finding) -> Finding:
+    """The same, the clock not called right by who takes it as given but for milliseconds."""
+    if finding.what != CLOCK or finding.verdict != "right":
+        return finding
+    return replace(finding, verdict="cannot be told", evidence=f"taken as it is given; {finding.evidence}")
 
 
 def _arm(draft: Draft) -> Looked:

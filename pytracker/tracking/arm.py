@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from pytracker._core import ARM_UNSEEN, Tracker, TrackingError
+from pytracker._core import ARM_NOTHING_CAME, Tracker, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
 from pytracker.methods.arm import ArmMethod
 from pytracker.recording.recording import ArmRecording
@@ -103,8 +103,8 @@ def _assemble(
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (found.count - end)
     for row, doubt in enumerate(found.table["doubt"], start=first):
-        # Why it is not seen says more than that it is not.
-        if doubt and not (doubt == ARM_UNSEEN and reason[row]):
+        # What says why nothing came, or for how long, stands in its place.
+        if doubt and doubt not in ARM_NOTHING_CAME:
             reason[row] = f"{doubt}; {reason[row]}" if reason[row] else doubt
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]

@@ -74,7 +74,7 @@ def _of_first_frame(track: BodyTrack) -> tuple[str, ...]:
             f"{first:.0%} of the pose's trunk and arms lie on the foreground, expected {FIRST_ON_PERSON:.0%} at least"
         )
         said.insert(0, words)
-        asked.append("the background may hold the person, or be too like clothes and skin")
+        asked.append("something may hide the person, the background may hold them, or be too like clothes and skin")
         later = np.flatnonzero(track.on_person > FIRST_ON_PERSON)
         if first < NOBODY and len(later):
             asked.append(f"from frame {later[0]} on somebody is there: does the person come in later?")

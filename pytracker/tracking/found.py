@@ -16,8 +16,10 @@ from pytracker.methods.arm import Smooth
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track
 
-__all__ = ["MOTION_COLUMNS", "Found", "found_by"]
+__all__ = ["CLOCK", "MOTION_COLUMNS", "Found", "found_by"]
 
+CLOCK = "IMU's clock"
+"""What is said of the offset of its clock."""
 TOLD = 0.85
 """The data say something of a quantity whose standard deviation they make smaller than this share of what it was."""
 
@@ -137,4 +139,4 @@ def _constants(method: Smooth, cameras: int) -> Iterator[tuple[str, str, str, fl
         yield f"camera[{camera}].translation_m", f"{of}'s distance", "cm", 100.0, method.camera_distance_sd_m
         yield f"camera[{camera}].matrix", f"{of}'s focal length", "%", 100.0, method.focal_sd
     # A camera that sees later than the IMU's clock says: the IMU's times are too early.
-    yield "offset_s", "IMU's clock", "ms", -1000.0, method.clock_sd_s
+    yield "offset_s", CLOCK, "ms", -1000.0, method.clock_sd_s

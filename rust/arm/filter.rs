@@ -244,7 +244,7 @@ impl ArmFilter {
             kept.frames.push(Kept { time_s, world_sensor, pixels, landmarks, is_unknown, start, means, filtered });
         }
         // What is kept was judged by the arm and the picture alone: a smoother sees what comes later.
-        self.incoming.look(elapsed_s, !frame.sightings.is_empty());
+        self.incoming.look(time_s, elapsed_s, !frame.sightings.is_empty());
         estimate.doubt = estimate.doubt.or(self.incoming.doubt(self.sees_patch()));
         self.last_world_sensor = Some(world_sensor);
         self.timeline.clear_pending();

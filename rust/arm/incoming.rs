@@ -1,4 +1,4 @@
-//! What is amiss with what comes in, while it comes: a patch that is not seen for long, a force that shows no gravity.
+//! What is amiss with what comes in, while it comes: a patch or an IMU that is silent, a force that shows no gravity.
 //!
 //! A recording is looked at as a whole before it is tracked; of a stream this is all that tells. A filter goes on from what
 //! the IMU says, as sure of itself as of what it sees, and seconds later it is somewhere else.
@@ -9,10 +9,12 @@ use serde::{Deserialize, Serialize};
 
 /// The patch is not seen.
 pub const UNSEEN: &str = "no camera sees the patch";
+/// No sample has come.
+pub const SILENT: &str = "no IMU sample for some time";
 /// The specific force is in another unit, or free of gravity.
 pub const WEIGHTLESS: &str = "the acceleration shows no gravity: is it in m/s², with gravity in it?";
 
-/// For so long it may be missed, s.
+/// For so long either may be missed, s.
 const BRIDGED_S: f64 = 0.3;
 /// Memory of the force's size, s: an arm's own acceleration comes and goes.
 const MEMORY_S: f64 = 2.0;
@@ -25,6 +27,7 @@ const USUAL: [f64; 2] = [4.0, 25.0];
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Incoming {
     unseen_s: f64,
+    silent_s: f64,
     force: f64,
     last_s: Option<f64>,
 }
@@ -32,7 +35,7 @@ pub struct Incoming {
 impl Incoming {
     /// Nothing yet.
     pub fn new() -> Self {
-        Self { unseen_s: 0.0, force: GRAVITY, last_s: None }
+        Self { unseen_s: 0.0, silent_s: 0.0, force: GRAVITY, last_s: None }
     }
 
     /// Take an IMU sample.
@@ -44,7 +47,8 @@ impl Incoming {
     }
 
     /// Take a frame, so long after the last.
-    pub fn look(&mut self, elapsed_s: f64, is_seen: bool) {
+    pub fn look(&mut self, time_s: f64, elapsed_s: f64, is_seen: bool) {
+        self.silent_s = self.last_s.map_or(0.0, |last| time_s - last);
         self.unseen_s = if is_seen { 0.0 } else { self.unseen_s + elapsed_s };
     }
 
@@ -52,6 +56,8 @@ impl Incoming {
     pub fn doubt(&self, sees_patch: bool) -> Option<&'static str> {
         if !(USUAL[0]..USUAL[1]).contains(&self.force) {
             Some(WEIGHTLESS)
+        } else if self.silent_s > BRIDGED_S {
+            Some(SILENT)
         } else if sees_patch && self.unseen_s > BRIDGED_S {
             Some(UNSEEN)
         } else {
@@ -96,13 +102,22 @@ mod tests {
     fn a_patch_may_be_missed_for_a_moment() {
         let mut incoming = Incoming::new();
         for _ in 0..7 {
-            incoming.look(0.04, false);
+            incoming.look(0.0, 0.04, false);
             assert_eq!(incoming.doubt(true), None);
         }
-        incoming.look(0.04, false);
+        incoming.look(0.0, 0.04, false);
         assert_eq!(incoming.doubt(true), Some(UNSEEN));
         assert_eq!(incoming.doubt(false), None);
-        incoming.look(0.04, true);
+        incoming.look(0.0, 0.04, true);
         assert_eq!(incoming.doubt(true), None);
+    }
+
+    #[test]
+    fn an_imu_may_be_silent_for_a_moment() {
+        let mut incoming = after(1.0, GRAVITY);
+        incoming.look(1.2, 0.04, true);
+        assert_eq!(incoming.doubt(true), None);
+        incoming.look(1.4, 0.04, true);
+        assert_eq!(incoming.doubt(true), Some(SILENT));
     }
 }

@@ -108,8 +108,12 @@ def known_as(header: str) -> Column | None:
     found = UNIT.search(header)
     unit = "" if found is None else found[1].strip().lower().replace(" ", "")
     words = UNIT.sub("", header).lower().strip('"#% ')
-    if not unit and (ending := re.fullmatch(r"(.*[\s_.]?[xyz])[\s_]([a-z0-9/°]+)", words)) and ending[2] in BEHIND:
-        words, unit = ending[1], BEHIND[ending[2]]
+    if (
+        not unit
+        and (ending := re.fullmatch(r"(.*[\s_.]?[xyz])[\s_]([a-z0-9/°_]+)", words))
+        and (behind := BEHIND.get(ending[2].replace("_", "")))
+    ):
+        words, unit = ending[1], behind
     base = re.sub(r"[\s_.\-/]+", "", words)
     if time := TIME.fullmatch(base):
         # Several times are not yet seconds.

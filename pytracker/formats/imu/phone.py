@@ -204,13 +204,15 @@ def _together(acc: Stream, sign: float, gyr: Stream | None, mag: Stream | None, 
     time_s = acc.time_s[kept]
     if (cut_s := float(np.ptp(acc.time_s) - np.ptp(time_s))) > 2 * CUT_S:
         said.append(f"{acc.path.parent.name}: {cut_s:.2f} s are left out, where not every sensor says something")
-    for stream in others:
-        if lost := int((~stream.covers(time_s)).sum()):
-            longest_s = float(np.diff(stream.time_s).max())
-            said.append(
-                f"{stream.path.name} says nothing for {longest_s:.2f} s: {lost} of {len(time_s)} samples of "
-                f"{acc.path.name}, where it is silent for long, are left out"
-            )
+    heard = np.ones(len(time_s), dtype=bool) if gyr is None else gyr.covers(time_s)
+    if gyr is not None and not heard.all():
+        said.append(
+            f"{gyr.path.name} says nothing for {float(np.diff(gyr.time_s).max()):.2f} s: {int((~heard).sum())} of "
+            f"{len(time_s)} samples of {acc.path.name}, where it is silent for long, are left out"
+        )
+    if mag is not None and not mag.covers(time_s).all():
+        longest_s = float(np.diff(mag.time_s).max())
+        said.append(f"{mag.path.name} says nothing for {longest_s:.2f} s: what is between is interpolated")
     log = ImuLog(
         path=acc.path,
         lines=acc.lines[kept],
@@ -220,4 +222,4 @@ def _together(acc: Stream, sign: float, gyr: Stream | None, mag: Stream | None, 
         mag=None if mag is None else mag.at(time_s),
         warnings=(*warnings, *said),
     )
-    return log.kept(np.logical_and.reduce([stream.covers(time_s) for stream in others], axis=0)) if others else log
+    return log.kept(heard)

@@ -12,7 +12,7 @@ __all__ = ["Stream"]
 
 Float = NDArray[np.float64]
 
-LONG_GAP, LONG_GAP_S = 10.0, 0.1
+LONG_GAP, LONG_GAP_S = 10.0, 0.2
 """A sensor that is silent for so many of its usual intervals, and so long, has lost samples: nothing is between."""
 
 
@@ -41,4 +41,7 @@ class Stream:
         wait = np.diff(self.time_s)
         after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(wait))
         inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
-        return np.asarray(inside & (wait[after - 1] <= max(LONG_GAP_S, LONG_GAP * float(np.median(wait)))))
+        # Those that come in batches share a time.
+        apart = wait[wait > 0]
+        usual_s = float(np.median(apart)) if len(apart) else 0.0
+        return np.asarray(inside & (wait[after - 1] <= max(LONG_GAP_S, LONG_GAP * usual_s)))

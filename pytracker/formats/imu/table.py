@@ -33,6 +33,8 @@ ORIENTATION_LIKE = re.compile(
     r"(q|quat|quaternion|ori|orientation)[ _.]?(0|1|2|3|w|x|y|z|i|j|k|real|si)$|(roll|pitch|yaw|euler\b)"
 )
 """How others name an orientation; what is not read must not be passed over."""
+TURN_LIKE = re.compile(r".*(gyr|omega|ang(ular)?_?(vel|rate)|turn_?rate|rot(ation)?_?rate)")
+"""How others name a turn rate."""
 MOST_COLUMNS = 1000
 HEADER_WITHIN = 40
 LEAST_KNOWN = 4
@@ -103,6 +105,10 @@ def read(
         return None if values is None else values * [known[name].factor if name in known else 1.0 for name in group]
 
     time_s, odd = seconds(table, clock, rate_hz)
+    strange = [name for name in names if name not in OURS and TURN_LIKE.match(name)]
+    if strange and GYR[0] not in names:
+        words = f"{path}: columns {', '.join(strange)[:200]} look like a turn rate and are not read"
+        odd = (*odd, f"{words}: columns = {{ gyr_x = ... }} names them")
     return ImuLog(
         path=path,
         lines=table.lines,
