@@ -254,6 +254,15 @@ def test_a_magnetometer_that_pauses_takes_no_samples_along(tmp_path: Path) -> No
     assert "interpolated" in log.warnings[-1]
 
 
+def test_gravity_of_one_sample_is_no_recordings(tmp_path: Path) -> None:
+    folder = phone(tmp_path / "phone", ANDROID)
+    (folder / "TotalAcceleration.csv").unlink(missing_ok=True)
+    sensor(folder / "Accelerometer.csv", TIME_S, FORCE - UP)
+    sensor(folder / "Gravity.csv", TIME_S[:1], UP[None])
+    with pytest.raises(pt.InputError, match="its sensors do not overlap"):
+        read_imu(folder)
+
+
 @pytest.mark.parametrize("starred", ["", "*"])
 def test_shimmers_readable_times_and_quaternions(starred: str, tmp_path: Path) -> None:
     names = ["Timestamp_FormattedUnix", *(f"Accel_WR_{axis}" for axis in "XYZ")]

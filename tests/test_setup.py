@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 from pathlib import Path
 from typing import get_args
@@ -26,8 +25,7 @@ from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vect
 from pytracker.setup.check_worn import given_axis
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
-from pytracker.setup.worn import Worn, lags_of, mount_of, weighed
-from pytracker.simulate.arm import ArmSimulation
+from pytracker.setup.worn import mount_of
 
 SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"
 KNOWN = ("matrix", "rotation", "translation_m")
@@ -276,19 +274,6 @@ def test_files_that_were_started_by_hand_are_laid_over_each_other(tmp_path: Path
     wrist = pt.evaluate(track, pt.load(SHARED).truth).joints["wrist"]
     assert wrist.rms_m < 0.03
     assert min(wrist.coverage) > 0.9
-
-
-def test_a_way_to_wear_it_is_not_preferred_for_what_it_leaves_out() -> None:
-    """Frames before the sensor began were forgiven for as many with a hidden patch: clocks were seconds off."""
-    simulation = ArmSimulation(pt.ArmScene(pattern="circle", occlusions=((5.0, 8.0),)), 1)
-    recording, pixels = simulation.recording(), simulation.sightings(2.0)
-    hidden = (simulation.frame_time_s > 5.0) & (simulation.frame_time_s < 8.0)
-    sightings = pt.Sightings.of(simulation.frame_time_s, np.where(hidden[:, None, None], np.nan, pixels))
-    true = Worn(0.0, 0.0, np.array([0.0, 1.0, 0.0]))
-    late = weighed(recording, sightings, dataclasses.replace(true, offset_s=3.0))
-    assert weighed(recording, sightings, true).log_evidence > late.log_evidence + 100.0
-    lags = lags_of(recording, sightings)
-    assert abs(lags[0].offset_s) < 0.25
 
 
 def test_what_is_missing_is_said_and_stops_only_what_needs_it(simulated: Path, tmp_path: Path) -> None:

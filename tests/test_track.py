@@ -17,7 +17,6 @@ from conftest import arm_tracker, estimated, load_arm, shown
 import pytracker as pt
 from pytracker.evidence import sight
 from pytracker.evidence.observations import AT_ONCE
-from pytracker.inertial.gravity import GRAVITY
 from pytracker.methods.arm import METHODS, ArmMethod
 from pytracker.simulate import ArmSimulation
 from pytracker.tracking import resample
@@ -98,37 +97,6 @@ def test_hidden_patch_widens_the_band_and_has_a_reason(
     assert [bool(words) for words in track.reason] == hidden.tolist()
     before, last = np.flatnonzero(hidden)[0] - 1, np.flatnonzero(hidden)[-1]
     assert track.joints["wrist"].sd[last].max() > track.joints["wrist"].sd[before].max()
-
-
-def doubts_of_stream(method: ArmMethod, hidden_from_s: float, unit: float) -> list[tuple[float, str]]:
-    """Times and doubts of five seconds whose patch is hidden from a time on, accelerations in another unit."""
-    simulation = ArmSimulation(pt.ArmScene(duration_s=5.0), 1)
-    imu, said = simulation.imu, list[tuple[float, str]]()
-    tracker = pt.Tracker(simulation.recording(), method, 1)
-    samples = iter(zip(imu.time_s, imu.acc, imu.q_world_segment, strict=True))
-    taken_s = -np.inf
-    for frame_s, pixels in zip(simulation.frame_time_s, simulation.sightings(), strict=True):
-        while taken_s < frame_s and (sample := next(samples, None)) is not None:
-            taken_s, acc, q = sample
-            tracker.observe(pt.Observation.inertial(taken_s, unit * acc, q))
-        seen = list(pixels) if frame_s < hidden_from_s else [None]
-        said.append((frame_s, estimated(tracker, pt.Observation.patch(max(frame_s, taken_s), seen)).doubt))
-    return said
-
-
-@pytest.mark.parametrize("method", [pt.Mixture(), pt.Layered(particles=200)])
-def test_a_stream_without_its_patch_is_doubted(method: ArmMethod) -> None:
-    """A wrist that was not seen for 15 s was 26 cm off, beside its band, and nothing was said."""
-    hidden = doubts_of_stream(method, 3.0, 1.0)
-    assert not any(words for time_s, words in hidden if time_s < 3.2)
-    assert all(words for time_s, words in hidden if time_s > 3.4)
-    assert "no camera sees the patch" in {words for _, words in hidden}
-
-
-def test_a_stream_in_g_is_doubted() -> None:
-    said = doubts_of_stream(pt.Mixture(), np.inf, 1.0 / GRAVITY)
-    assert "the acceleration shows no gravity" in said[-1][1]
-    assert not any(words for _, words in doubts_of_stream(pt.Mixture(), np.inf, 1.0))
 
 
 def test_a_lost_track_keeps_what_came_before(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
@@ -423,21 +391,3 @@ def test_a_sample_comes_before_the_frame_of_its_time() -> None:
     assert [o.index for o in found if not o.is_frame] == list(range(len(times)))
     before = [found[k - 1] for k, o in enumerate(found) if o.is_frame]
     assert [(o.is_frame, o.time_s) for o in before] == [(False, time_s) for time_s in frame_times]
-
-
-@pytest.mark.parametrize("seed", [-1, 2**64, 1.5, "a", None])
-def test_a_seed_is_a_whole_number(simulation: ArmSimulation, sightings: pt.Sightings, seed: object) -> None:
-    with pytest.raises(pt.InputError, match="expected a whole number, 0 or larger"):
-        pt.track(simulation.recording(), pt.Ekf(), seed, sightings=sightings)  # type: ignore[call-overload]
-
-
-@pytest.mark.parametrize("method", [pt.Layered, "layered"])
-def test_a_method_is_an_object(simulation: ArmSimulation, method: object) -> None:
-    with pytest.raises(pt.InputError, match="expected a method object, such as"):
-        pt.track(simulation.recording(), method)  # type: ignore[call-overload]
-
-
-def test_a_report_is_of_a_list_of_tracks(simulation: ArmSimulation, sightings: pt.Sightings, tmp_path: Path) -> None:
-    track = pt.track(simulation.recording(), pt.Ekf(), sightings=sightings)
-    with pytest.raises(pt.InputError, match=r"expected a list of them: \[track\]"):
-        pt.write_report(track, tmp_path / "out")  # type: ignore[arg-type]

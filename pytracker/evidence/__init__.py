@@ -14,7 +14,7 @@
 | `borne_out`, `points_borne_out`, `ambiguity` | whether pictures, skin and keypoints bear a pose out |
 | `lately` | what was so over the last moments |
 | `trunk`, `stature`, `facing` | whether who is seen is as large, as tall, and turned as is tracked |
-| `stands_out`, `cut_off` | whether the person differs from the background, and is not hidden below the hips |
+| `stands_out`, `cut_off` | whether the person differs from the background; whether hands may be hidden |
 | `coloured`, `boards`, `grid` | coloured things that move; calibration boards; a grid of pixels |
 """
 

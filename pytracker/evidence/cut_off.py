@@ -1,4 +1,4 @@
-"""Hands that something hides: a table or a bed cuts the body off below the hips, and forearms end at its edge.
+"""Hands that something hides: a table or a desk cuts the body off, and forearms end at its edge.
 
 A forearm that is seen as far as an edge looks like one that points at the camera, its hand before the body.
 """
@@ -22,7 +22,9 @@ HALF_WIDTH_M = 0.08
 GAP_M = 0.06
 """A belt of the wall's colour is no end."""
 HIGHEST_M, LOWEST_M = -0.40, 0.30
-"""Below the hips' middle: what ends elsewhere is no thigh that is cut off."""
+"""From the chest to the middle of the thighs, below the hips' middle: what ends elsewhere is not cut off so."""
+COVERED = 0.3
+"""A row in which so much is foreground goes on."""
 SAME_M = 0.06
 """What ends so near to where the body does is cut off by the same."""
 NEAR_M = 0.15
@@ -31,7 +33,7 @@ HIDDEN = "may be hidden, with its hand, by what hides the body below"
 
 
 class CutOff:
-    """Where the foreground ends below hips and wrists.
+    """Where the foreground ends below chest and wrists.
 
     Args:
         camera: what sees it.
@@ -52,8 +54,8 @@ class CutOff:
         self._ask_s = time_s + ASK_EVERY_S
         px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
         root, *wrists = self._camera.project(np.stack([joints[name] for name in ("root", *WRISTS)]))
-        waist = root + np.array([0.0, HIGHEST_M * px_per_m])
-        body = _end(foreground, waist, HALF_WIDTH_M * px_per_m, GAP_M * px_per_m)
+        chest = root + np.array([0.0, HIGHEST_M * px_per_m])
+        body = _end(foreground, chest, HALF_WIDTH_M * px_per_m, GAP_M * px_per_m)
         if not (HIGHEST_M < (body - root[1]) / px_per_m < LOWEST_M):
             self._hidden.append([0.0, 0.0])
             return
@@ -78,7 +80,7 @@ def _end(foreground: Image, start: Array, half_px: float, gap_px: float) -> floa
         return float("nan")
     left, right = (int(np.clip(round(start[0] + by), 0, width - 1)) for by in (-half_px, half_px))
     top = int(np.clip(round(start[1]), 0, height - 1))
-    rows = top + np.flatnonzero((foreground[top:, left : right + 1] > 0).mean(axis=1) > 0.3)
+    rows = top + np.flatnonzero((foreground[top:, left : right + 1] > 0).mean(axis=1) > COVERED)
     if not len(rows) or rows[0] - top > gap_px:
         return float("nan")
     breaks = np.flatnonzero(np.diff(rows) > gap_px)

@@ -42,7 +42,8 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
     if column is None or column.has_unit:
         return clock[:, 0] * (1.0 if column is None else column.factor), ()
     usual, unit_s = unit_of(clock[:, 0], rate_hz)
-    if unit_s == 1.0 or rate_hz is not None:
+    is_told = rate_hz is not None and abs(usual * unit_s * rate_hz - 1.0) < RATE_TOLERANCE
+    if unit_s == 1.0 or is_told:
         return clock[:, 0] * unit_s, ()
     hz = 1.0 / (usual * unit_s)
     words = (

@@ -38,6 +38,8 @@ class Stream:
 
     def covers(self, time_s: Float) -> NDArray[np.bool_]:
         """At which times `(T,)` it is between two samples that follow each other."""
+        if len(self.time_s) < 2:
+            return np.zeros(len(time_s), dtype=bool)
         wait = np.diff(self.time_s)
         after = np.clip(np.searchsorted(self.time_s, time_s), 1, len(wait))
         inside = (time_s >= self.time_s[0]) & (time_s <= self.time_s[-1])
