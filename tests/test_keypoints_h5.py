@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.rotation import Array
 
@@ -77,13 +78,26 @@ def test_its_index_says_which_frames(tmp_path: Path, kind: str) -> None:
     assert read_keypoints(path).frames.tolist() == shown
 
 
-def test_one_individual_is_read_and_several_are_not(tmp_path: Path) -> None:
+def test_individuals_are_told_apart_and_may_change_places(tmp_path: Path) -> None:
+    """Two whom DeepLabCut swaps for two frames, one who is never seen, and a corner of the table."""
+    here = values()[:1] + np.random.default_rng(1).normal(0.0, 1.0, (6, 1)) * (np.arange(len(COLUMNS)) % 3 < 2)
+    there = here + 400.0 * (np.arange(len(COLUMNS)) % 3 == 0)
+    is_swapped = np.isin(np.arange(6), [2, 3])[:, None]
+    people = [np.where(is_swapped, there, here), np.where(is_swapped, here, there), np.full_like(here, np.nan)]
     names = ("scorer", "individuals", "bodyparts", "coords")
-    one = [(scorer, "one", part, axis) for scorer, part, axis in COLUMNS]
-    assert np.isfinite(read_keypoints(written(tmp_path / "one.h5", one, names)).points).any()
-    two = [(scorer, "one" if k < 6 else "two", part, axis) for k, (scorer, part, axis) in enumerate(COLUMNS)]
-    with pytest.raises(pt.InputError, match=r"two\.h5: has several individuals"):
-        read_keypoints(written(tmp_path / "two.h5", two, names))
+    columns = [(scorer, who, part, axis) for who in ("a", "b", "c") for scorer, part, axis in COLUMNS]
+    columns += [(COLUMNS[0][0], "single", "corner", axis) for axis in ("x", "y", "likelihood")]
+    table = np.concatenate([*people, np.ones((6, 3))], axis=1)
+    lines = [",".join([name, *(column[k] for column in columns)]) for k, name in enumerate(names)]
+    lines += [",".join([str(k), *("" if np.isnan(x) else str(x) for x in row)]) for k, row in enumerate(table.tolist())]
+    path = tmp_path / "two.csv"
+    path.write_text("\n".join(lines) + "\n")
+    found = read_keypoints(path).points
+    wrist = KEYPOINTS.index("left_wrist")
+    assert found.shape == (6, 3, 9, 3)
+    assert found[:, 0, wrist] == pytest.approx(here[:, 3:6])
+    assert found[:, 1, wrist] == pytest.approx(there[:, 3:6])
+    assert not np.isfinite(found[:, 2]).any()
 
 
 class Runs:

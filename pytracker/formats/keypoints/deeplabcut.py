@@ -1,16 +1,18 @@
-"""DeepLabCut's table of one individual: what its levels of columns name, and what its index says of the frames."""
+"""DeepLabCut's table: what its levels of columns name, of one individual or more, and its index of the frames."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoints.log import Keypoints
+from pytracker.formats.keypoints.log import Keypoints, require_seen
 from pytracker.formats.keypoints.models import name_of
+from pytracker.formats.keypoints.people import in_order
 from pytracker.formats.keypoints.rows import frames_of
-from pytracker.formats.keypoints.table import from_columns, numbers_in, rows_below, split
+from pytracker.formats.keypoints.table import numbers_in, person_in, rows_below, split
 from pytracker.formats.text import read_lines
 from pytracker.rotation import Array
 
@@ -45,15 +47,19 @@ def of_deeplabcut(path: Path, levels: Mapping[str, Sequence[str]], table: Array,
 
     Raises `InputError`.
     """
-    if len(set(levels.get("individuals", ()))) > 1:
-        raise InputError(f"{path}: has several individuals, expected DeepLabCut's table of one")
     if not {"bodyparts", "coords"} <= set(levels):
         raise InputError(f"{path}: its columns have {', '.join(levels)}, expected bodyparts and coords")
     axes = {"x": "x", "y": "y", "likelihood": "confidence"}
-    parts = zip(levels["bodyparts"], levels["coords"], strict=True)
-    named = [(k, name_of(part), axes[axis]) for k, (part, axis) in enumerate(parts) if axis in axes]
-    joints = sorted({joint for _, joint, _ in named})
-    if not set(joints) & set(KEYPOINTS):
+    whose = levels.get("individuals", [""] * table.shape[1])
+    people: dict[str, list[tuple[int, str, str]]] = {}
+    for k, (person, part, axis) in enumerate(zip(whose, levels["bodyparts"], levels["coords"], strict=True)):
+        if axis in axes:
+            people.setdefault(person, []).append((k, name_of(part), axes[axis]))
+    # What is single of its kind, such as a corner of the table, stands there as one more individual.
+    people = {person: named for person, named in people.items() if {joint for _, joint, _ in named} & set(KEYPOINTS)}
+    if not people:
         raise InputError(f"{path}: its bodyparts name no joint of ours, expected such as left_wrist")
-    found = from_columns(path, table, named, joints, is_share=False)
-    return dataclasses.replace(found, frames=frames_of(path, index))
+    found = [person_in(path, table, named, sorted({joint for _, joint, _ in named})) for named in people.values()]
+    points = in_order(np.stack([person for person, _ in found], axis=1))
+    seen = require_seen(path, points, np.concatenate([confidences for _, confidences in found], axis=1))
+    return Keypoints(frames_of(path, index), seen)

@@ -39,7 +39,7 @@ class _Words(pickle.Unpickler):
 
 
 def read_h5(path: Path) -> Keypoints:
-    """The keypoints of one individual. Raises `InputError`."""
+    """The keypoints of everybody. Raises `InputError`."""
     try:
         import h5py  # noqa: PLC0415 - an extra
     except ImportError:

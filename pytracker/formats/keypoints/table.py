@@ -17,7 +17,7 @@ from pytracker.formats.text import cells_of, delimited, number, read_lines
 from pytracker.formats.trc import read_trc_pixels
 from pytracker.rotation import Array
 
-__all__ = ["from_columns", "numbers_in", "read_table", "read_trc_keypoints", "rows_below", "split"]
+__all__ = ["from_columns", "numbers_in", "person_in", "read_table", "read_trc_keypoints", "rows_below", "split"]
 
 LEAST_PX = 20.0
 """A person whose points all lie nearer to the corner is in metres."""
@@ -114,6 +114,14 @@ def from_columns(
     path: Path, table: Array, named: Iterable[tuple[int, str, str]], joints: Sequence[str], *, is_share: bool
 ) -> Keypoints:
     """Of a table `(T, C)` whose columns are `named` by number, joint and axis. Raises `InputError`."""
+    points, confidences = person_in(path, table, named, joints)
+    return Keypoints(np.arange(len(table)), require_seen(path, points[:, None], confidences), is_share)
+
+
+def person_in(
+    path: Path, table: Array, named: Iterable[tuple[int, str, str]], joints: Sequence[str]
+) -> tuple[Array, Array]:
+    """One person's points `(T, 9, 3)`, and the confidences of all `joints` `(T, J)`. Raises `InputError`."""
     order = list(joints)
     people = np.full((len(table), len(order), 3), np.nan)
     people[:, :, 2] = 1.0
@@ -121,5 +129,4 @@ def from_columns(
     for k, joint, axis in named:
         if joint in order:
             people[:, order.index(joint), ("x", "y", "confidence").index(axis)] = table[:, k]
-    points = np.stack([ours(row, order) for row in people])[:, None]
-    return Keypoints(np.arange(len(table)), require_seen(path, points, people[:, :, 2]), is_share)
+    return np.stack([ours(row, order) for row in people]), people[:, :, 2]
