@@ -202,6 +202,36 @@ def test_times_with_a_typed_rate_say_which_frames_are_there(tmp_path: Path) -> N
     assert of_times(tmp_path / "k.csv", [k / 25 for k in there], 200) == (there, ())
 
 
+@pytest.mark.parametrize("rate_hz", [50, 40, 25, 24])
+def test_rows_of_a_rate_that_is_no_part_of_the_videos_are_of_the_nearest_frames(tmp_path: Path, rate_hz: int) -> None:
+    """They were squeezed together: at 50 Hz wrists were 15 cm off in a quarter of the frames, all valid."""
+    times = [k / rate_hz for k in range(4 * rate_hz)]
+    frames, said = of_times(tmp_path / "k.csv", times, 240)
+    assert np.abs(np.array(frames) - 60 * np.array(times)).max() <= 0.5 + 1e-9
+    assert not said
+    assert of_times(tmp_path / "k.csv", times, 4 * rate_hz) == (list(range(4 * rate_hz)), ())  # a rate that was typed
+
+
+def test_rows_of_frames_that_a_video_lost_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As a phone writes it, converted to a steady rate for the detector: it was another clip's."""
+    shown = [k for k in range(100) if k % 10 != 3]
+    monkeypatch.setattr("pytracker.recording.keypoint_frames.frame_times", lambda _: np.array(shown) / 60)
+    (tmp_path / "v.mp4").touch()
+    frames, said = of_times(tmp_path / "k.csv", [k / 60 for k in range(100)], len(shown))
+    assert frames == list(range(90))
+    assert "10 of its 100 rows are of no frame of v.mp4 by their times: left out" in said[0]
+    frames, _ = of_times(tmp_path / "k.csv", [k / 30 for k in range(50)], len(shown))
+    assert np.abs(np.array(shown)[frames] - 2 * np.arange(50)).max() <= 1
+
+
+def test_frames_counted_from_one_may_begin_late(tmp_path: Path) -> None:
+    rows = [f"{k},{100 + k},90" for k in range(4, 21)]
+    (tmp_path / "k.csv").write_text("\n".join(["frame,left_wrist_x,left_wrist_y", *rows]), "utf-8")
+    info = VideoInfo(320, 240, 20, 60.0)
+    found = in_pixels(tmp_path / "k.csv", read_keypoints(tmp_path / "k.csv"), tmp_path / "v.mp4", info)
+    assert found.frames.tolist() == list(range(3, 20))
+
+
 @pytest.mark.parametrize("times", [[0.0, 0.1, 0.1, 0.2], [0.0, 0.01, 0.012, 0.041]])
 def test_times_that_are_of_no_frames_count_nothing(tmp_path: Path, times: list[float]) -> None:
     frames, said = of_times(tmp_path / "k.csv", times, 20)

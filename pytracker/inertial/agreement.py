@@ -8,7 +8,14 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.inertial.bursts import comes_in_bursts
 from pytracker.inertial.log import ImuLog
-from pytracker.rotation import conjugate, multiply, quaternion_to_rotation_vector
+from pytracker.rotation import (
+    conjugate,
+    multiply,
+    quaternion_to_rotation_vector,
+    rotate,
+    rotation_vector_to_quaternion,
+)
+from pytracker.series import runs
 
 __all__ = ["check_turns", "turns"]
 
@@ -33,6 +40,12 @@ STANDS = 0.05
 """An orientation that turns by a smaller share of the gyroscope stands still."""
 ALIKE, LEAST_RATE = 0.1, 0.05
 """Axes that are off by the same ratio, to within so much, may be so by the rate; by less than the second, by a unit."""
+APART_S, GRID_S = 1.0, 0.05
+"""What an orientation turns by without the gyroscope is looked for between means over so long, so far apart, s."""
+APART_RAD = 0.175
+"""More is a jump or a disturbance, rad (10°): filters are corrected by less, and their errors change by less."""
+HELD = 0.5
+"""An orientation that is the same as before in more of the samples comes more slowly than the turn rate."""
 AXES = "xyz"
 
 
@@ -58,7 +71,7 @@ def check_turns(log: ImuLog) -> list[str]:
             ratio[axis], is_known[axis] = np.sum(g[turning] * o[turning]) / np.sum(g[turning] ** 2), True
     odd = np.flatnonzero((ratio < ODD[0]) | (ratio > ODD[1]))
     if not odd.size:
-        return []
+        return _apart(log)
     found = ", ".join(f"{ratio[axis]:.3g} times about {AXES[axis]}" for axis in odd)
     words = f"{log.path}: the orientation turns as the gyroscope does {found}, expected 1"
     rate = _other_rate(log, ratio[is_known])
@@ -98,6 +111,41 @@ def _check_gyroscope_moves(log: ImuLog) -> None:
         f"s and the gyroscope by {path[first]:.3g}, expected at least as much ({len(still)} of {len(angle)} such "
         "stretches): does the gyroscope stand still, or is it in other units than rad/s?"
     )
+
+
+def _apart(log: ImuLog) -> list[str]:
+    """A warning where the orientation turns by itself for a while: it was reset, disturbed, or settles."""
+    assert log.gyr is not None
+    assert log.q_world_sensor is not None
+    interval, q = np.diff(log.time_s)[:, None], log.q_world_sensor
+    if (np.diff(q, axis=0) == 0).all(axis=1).mean() > HELD:
+        return []
+    steps = rotation_vector_to_quaternion(0.5 * (log.gyr[1:] + log.gyr[:-1]) * interval)
+    own = quaternion_to_rotation_vector(multiply(conjugate(steps), multiply(conjugate(q[:-1]), q[1:])))
+    own -= np.median(own / interval, axis=0) * interval  # the gyroscope's bias
+    # Over a gap nobody knows how the sensor turned.
+    own[interval[:, 0] > TURN_S] = 0.0
+    gone = np.concatenate([np.zeros((1, 3)), np.cumsum(rotate(q[1:], own), axis=0)])
+    grid_s = np.arange(log.time_s[0], log.time_s[-1], GRID_S)
+    way = np.stack([np.interp(grid_s, log.time_s, gone[:, d]) for d in range(3)], axis=1)
+    many = round(APART_S / GRID_S)
+    if len(way) < 2 * many:
+        return []
+    # From the second before to the one after: noise, and an orientation that is late, come back.
+    sums = np.cumsum(np.concatenate([np.zeros((1, 3)), way]), axis=0)
+    means = (sums[many:] - sums[:-many]) / many
+    angle = np.linalg.norm(means[many:] - means[:-many], axis=1)
+    found = runs(angle > APART_RAD)
+    if not found:
+        return []
+    at_s = grid_s[many + np.argmax(angle)]
+    line = log.lines[np.searchsorted(log.time_s, at_s)]
+    others = f" (and in {len(found) - 1} other places)" if len(found) > 1 else ""
+    return [
+        f"{log.path}:{line}: about {at_s:.1f} s the orientation turns by {np.degrees(angle.max()):.0f}° that the "
+        f"gyroscope does not{others}, expected less than {np.degrees(APART_RAD):.0f}°: was its heading reset, or "
+        "disturbed by iron, or had it not settled? From then on it is another"
+    ]
 
 
 def turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Float, Float, NDArray[np.intp]]:

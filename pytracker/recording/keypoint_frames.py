@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from pytracker.formats.container import AviFrames, frames_of_avi
 from pytracker.formats.keypoints.read import Keypoints
-from pytracker.formats.matroska import is_matroska
 from pytracker.formats.video import VideoInfo
 from pytracker.formats.video_times import frame_times
 from pytracker.rotation import Array
@@ -21,6 +20,10 @@ Numbers = NDArray[np.int64]
 
 IRREGULAR = 0.3
 """Times that lie farther beside whole frames, as a share of one, are of no steady rate."""
+WHOLE = 0.02
+"""A row every so many frames is every whole number of them, to this share."""
+MOSTLY, BESIDE = 0.75, 0.6
+"""So many rows must be of a frame each, beside it by no more than so much of the usual distance of frames."""
 NOWHERE = -1
 """Instead of the number of a frame that holds no picture."""
 
@@ -41,15 +44,20 @@ def frames_in(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
 def _by_times(
     path: Path, keypoints: Keypoints, time_s: Array, video: Path, info: VideoInfo
 ) -> tuple[Numbers, tuple[str, ...]]:
-    there, by_rate = bool(info.frame_count) and video.is_file(), _of_rate(time_s, info)
-    # Matroska's rate is a word, its frames' times are their own.
-    if by_rate is not None and not (there and is_matroska(video)):
+    times = frame_times(video) if info.frame_count and video.is_file() else _ideal(time_s, info)
+    by_rate = _of_rate(time_s, info)
+    if by_rate is not None and _is_even(times):
         return by_rate, keypoints.warnings
-    nearest = _nearest(time_s, frame_times(video) if there else _ideal(time_s, info))
-    if nearest is not None:
-        return nearest, keypoints.warnings
     if len(keypoints.frames) == info.frame_count:
         return keypoints.frames, ()
+    nearest = _nearest(time_s, times)
+    if nearest is not None:
+        return nearest, keypoints.warnings
+    nearest = _nearest_but_few(time_s, times)
+    if nearest is not None:
+        without = int((nearest == NOWHERE).sum())
+        words = f"{path}: {without} of its {len(nearest)} rows are of no frame of {video.name} by their times: left out"
+        return nearest, (*keypoints.warnings, words)
     if by_rate is not None:
         return by_rate, keypoints.warnings
     words = (
@@ -57,6 +65,12 @@ def _by_times(
         f"{info.rate_hz:g} Hz: its rows are counted as frames instead"
     )
     return keypoints.frames, (*keypoints.warnings, words)
+
+
+def _is_even(times: Array) -> bool:
+    """Whether a video's frames follow each other at a steady rate: else its rate is a word."""
+    steady = np.linspace(times[0], times[-1], len(times))
+    return bool(np.abs(times - steady).max() < 0.5 * (times[-1] - times[0]) / max(len(times) - 1, 1))
 
 
 def _ideal(time_s: Array, info: VideoInfo) -> Array:
@@ -72,28 +86,53 @@ def _of_rate(time_s: Array, info: VideoInfo) -> Numbers | None:
     """
     steps = np.diff(time_s)
     interval_s = float(np.mean(steps[steps < 1.5 * np.median(steps)]))  # times are often rounded
-    counts = time_s / interval_s
-    if np.abs(counts - np.rint(counts)).max() > IRREGULAR:
+    counts = np.rint(time_s / interval_s)
+    if np.abs(time_s / interval_s - counts).max() > IRREGULAR:
         return None
-    for every in dict.fromkeys((max(1, round(interval_s * info.rate_hz)), 1)):
-        frames = np.asarray(every * np.rint(counts), dtype=np.int64)
-        if not info.frame_count or frames[-1] <= info.frame_count:
-            return frames
-    return None
+    ratio, last = interval_s * info.rate_hz, float(counts[-1])
+    every = max(1, round(ratio))
+    if abs(ratio - every) > WHOLE * every or (info.frame_count and every * last > info.frame_count):
+        # Another rate that is true, or one that somebody typed: whichever ends with the video.
+        if not info.frame_count or abs(last * ratio + 1 - info.frame_count) < abs(last + 1 - info.frame_count):
+            return None
+        every = 1
+    fits = not info.frame_count or every * last <= info.frame_count
+    return np.asarray(every * counts, dtype=np.int64) if fits else None
 
 
 def _nearest(time_s: Array, times: Array) -> Numbers | None:
     """Which of a video's frames are the nearest in time, each once; None where some are nowhere near."""
     if len(times) < 2:
         return None
-    after = np.clip(np.searchsorted(times, time_s), 1, len(times) - 1)
-    nearest = after - (time_s - times[after - 1] < times[after] - time_s)
+    nearest = _closest(time_s, times)
     # Of two that are nearest to one frame the later is of the next.
     rows = np.arange(len(nearest))
     frames = np.maximum.accumulate(nearest - rows) + rows
     if frames[-1] >= len(times) or np.abs(times[frames] - time_s).max() > float(np.median(np.diff(times))):
         return None
     return np.asarray(frames, dtype=np.int64)
+
+
+def _nearest_but_few(time_s: Array, times: Array) -> Numbers | None:
+    """The same, -1 of rows that are of no frame, or of one that another row is nearer to; None where they are many."""
+    if len(times) < 2:
+        return None
+    nearest = _closest(time_s, times)
+    off = np.abs(times[nearest] - time_s)
+    order = np.argsort(off, kind="stable")
+    kept = order[np.unique(nearest[order], return_index=True)[1]]
+    kept = kept[off[kept] <= BESIDE * float(np.median(np.diff(times)))]
+    if len(kept) <= MOSTLY * len(time_s):
+        return None
+    frames = np.full(len(time_s), NOWHERE, dtype=np.int64)
+    frames[kept] = nearest[kept]
+    return frames
+
+
+def _closest(time_s: Array, times: Array) -> NDArray[np.intp]:
+    """The frame that is the nearest to each time."""
+    after = np.clip(np.searchsorted(times, time_s), 1, len(times) - 1)
+    return np.asarray(after - (time_s - times[after - 1] < times[after] - time_s))
 
 
 def _in_avi(keypoints: Keypoints, video: Path, info: VideoInfo, avi: AviFrames) -> tuple[Numbers, tuple[str, ...]]:

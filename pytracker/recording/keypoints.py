@@ -128,7 +128,7 @@ def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
             f"{path}: {outside.mean():.0%} of the keypoints lie outside the {info.width} x {info.height} px of {video} "
             f"(they reach to {u.max():.0f}, {v.max():.0f}), expected pixels of that video: of another size or clip?"
         )
-    if info.frame_count and frames[0] == 1 and frames[-1] == info.frame_count:
+    if info.frame_count and frames[0] > 0 and frames[-1] == info.frame_count:
         frames = frames - 1  # counted from one
     if info.frame_count and frames[-1] >= info.frame_count:
         raise InputError(
