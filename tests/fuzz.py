@@ -22,7 +22,6 @@ from conftest import arm_tracker, shown
 
 import pytracker as pt
 from pytracker.cli.settings import chosen_method
-from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats import read_amc, read_asf
 from pytracker.formats.imu.read import read_imu
 from pytracker.formats.keypoints.read import read_keypoints
@@ -32,6 +31,7 @@ from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.inertial.check import check
 from pytracker.inertial.orientation import orient
+from pytracker.recording.keypoint_spreads import with_spreads
 from pytracker.recording.projection import fit_weak_perspective
 from pytracker.recording.schema import read_recording_file
 from pytracker.report.tables import read_track

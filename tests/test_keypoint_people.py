@@ -14,11 +14,11 @@ from test_keypoints import is_right, person, place, plain
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoints.models import MODELS
 from pytracker.formats.keypoints.people import in_order
 from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.keypoints.rows import numbers_of
+from pytracker.recording.keypoint_spreads import with_spreads
 from pytracker.rotation import Array
 
 

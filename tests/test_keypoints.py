@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,12 +16,12 @@ from hypothesis.extra import numpy as hnp
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoints.models import MODELS, name_of
 from pytracker.formats.keypoints.read import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
+from pytracker.recording.keypoint_spreads import with_spreads
 from pytracker.recording.keypoints import in_pixels, uncovered, unseen
-from pytracker.recording.keypoints_filled import without_filled, without_repeats
+from pytracker.recording.keypoints_filled import as_seen, without_filled, without_repeats
 from pytracker.rotation import Array
 
 INFO = VideoInfo(width=640, height=480, frame_count=3, rate_hz=30.0)
@@ -235,6 +236,32 @@ def test_faith_in_a_confidence_is_not_asked_for() -> None:
     keypoints = jittered(np.array([5.0, 5.0, 5.0]), np.random.default_rng(2))
     sure = Keypoints(keypoints.frames, np.concatenate([keypoints.points[..., :2], np.ones((600, 1, 9, 1))], axis=-1))
     assert np.allclose(with_spreads(sure)[..., 2], 5.0, rtol=0.15)
+
+
+def test_places_of_what_was_not_seen_are_left_out(tmp_path: Path) -> None:
+    """As DeepLabCut writes them: a right track was valid in 6 % of the frames, its points called somebody else's."""
+    rng = np.random.default_rng(3)
+    keypoints = jittered(np.array([1.0, 1.0, 1.0]), rng)
+    is_guess = rng.random((600, 1, 9)) < 0.3
+    points = np.where(is_guess[..., None], rng.uniform(0, 400, (600, 1, 9, 3)), keypoints.points)
+    points[..., 2] = np.where(is_guess, 0.02, 0.95)
+    kept, (said,) = as_seen(tmp_path / "k.csv", Keypoints(keypoints.frames, points))
+    assert (np.isnan(kept.points[..., 0]) == is_guess).all()
+    assert re.search(rf"k\.csv: {is_guess.sum()} points of a confidence of at most 0\.3 lie anywhere", said)
+    kept, said_of_unsure = as_seen(tmp_path / "k.csv", jittered(np.array([1.0, 2.0, 6.0]), rng))
+    assert np.isfinite(kept.points).all()
+    assert said_of_unsure == ()
+
+
+@pytest.mark.parametrize(
+    "names",
+    ["left_wrist_u,left_wrist_v,left_wrist_visibility", "LeftWrist.x,LeftWrist.y,LeftWrist.conf",
+     "left_wrist_x_px,left_wrist_y_px,left_wrist_prob", "left wrist x,left wrist y,left wrist p"],
+)  # fmt: skip
+def test_columns_are_named_in_many_ways(tmp_path: Path, names: str) -> None:
+    (tmp_path / "k.csv").write_text(f"frame,{names}\n0,101,52,0.4\n1,102,53,0.5\n", "utf-8")
+    found = read_keypoints(tmp_path / "k.csv").points[:, 0, KEYPOINTS.index("left_wrist")]
+    assert found.tolist() == [[101, 52, 0.4], [102, 53, 0.5]]
 
 
 @given(

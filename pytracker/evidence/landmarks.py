@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.evidence.camshift import PatchTrack, track_patch
-from pytracker.evidence.keypoints import with_spreads
 from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import Frame
+from pytracker.recording.keypoint_spreads import with_spreads
 from pytracker.recording.keypoints import tallest
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.followed import EXCHANGED, LIMBS
-from pytracker.evidence.keypoints import with_spreads
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.recording.body_view import rate_of
+from pytracker.recording.keypoint_spreads import with_spreads
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 

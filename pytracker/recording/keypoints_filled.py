@@ -12,6 +12,7 @@ import numpy as np
 
 from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import Keypoints
+from pytracker.recording.keypoint_spreads import without_guesses
 from pytracker.series import last_digit, runs
 
 __all__ = ["as_seen", "without_filled", "without_repeats"]
@@ -29,10 +30,11 @@ TREMBLE = 20.0
 
 
 def as_seen(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:
-    """The same without points that were held or filled in; words on them."""
-    kept, held = without_repeats(path, keypoints)
+    """The same without points that were guessed, held or filled in; words on them."""
+    kept, guessed = without_guesses(path, keypoints)
+    kept, held = without_repeats(path, kept)
     kept, filled = without_filled(path, kept)
-    return kept, (*held, *filled)
+    return kept, (*guessed, *held, *filled)
 
 
 def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:

@@ -19,6 +19,14 @@ from pytracker.rotation import Array
 
 __all__ = ["from_columns", "numbers_in", "person_in", "read_table", "read_trc_keypoints", "rows_below", "split"]
 
+PLACES = (
+    re.compile(r"(?P<axis>x|y|visibility)_(?P<joint>.+)"),
+    re.compile(
+        r"(?P<joint>.+)[ _.](?P<axis>[xyuv]|confidence|conf|likelihood|score|visibility|presence|prob(ability)?|c|p)"
+        r"([ _]?[(\[]?(px|pixels?)[)\]]?)?"
+    ),
+)
+"""What names a joint and its axis, or how sure it is."""
 LEAST_PX = 20.0
 """A person whose points all lie nearer to the corner is in metres."""
 
@@ -61,14 +69,11 @@ def read_trc_keypoints(path: Path) -> Keypoints:
 def _column(cell: str) -> tuple[str, str] | None:
     """Joint and axis that a column's name means."""
     words = cell.lower()
-    for pattern in (
-        r"(?P<axis>x|y|visibility)_(?P<joint>.+)",
-        r"(?P<joint>.+)_(?P<axis>x|y|confidence|likelihood|score)",
-    ):
-        match = re.fullmatch(pattern, words)
+    for pattern in PLACES:
+        match = pattern.fullmatch(words)
         if match:
-            axis = match["axis"] if match["axis"] in "xy" else "confidence"
-            return name_of(match["joint"]), axis
+            axis = {"u": "x", "v": "y"}.get(match["axis"], match["axis"])
+            return name_of(match["joint"]), axis if axis in "xy" else "confidence"
     return None
 
 
