@@ -262,6 +262,22 @@ def test_where_a_circle_fits_two_mounts_the_elbow_tells(tmp_path: Path) -> None:
     assert Draft(folder).get("imu.offset_s") == pytest.approx(5.5, abs=0.25)
 
 
+def test_where_reaching_fits_two_mounts_neither_is_written(tmp_path: Path) -> None:
+    """A hand behind the back explained it better, was written, and was 44 cm off, all valid; the clock is the same."""
+    true = pt.simulate_arm(tmp_path / "true", pt.ArmScene(worn=True, pattern="reach"), 126)
+    mount = np.array([-0.4536, 0.4924, -0.4767, 0.5697])
+    imu = written(hidden(rows_of(true), -19.756, 214.2, mount), tmp_path / "imu.csv")
+    measured = known_file(true, tmp_path / "known.toml")
+    lengths = "upper_arm_m = 0.289\nforearm_m = 0.249"
+    measured.write_text(measured.read_text().split("upper_arm_m")[0] + lengths + "\n")
+    pt.setup.init(tmp_path / "recording", video=true / "video.mp4", imu=imu, camera=measured)
+    found = {finding.what: finding for finding in pt.setup.check(tmp_path / "recording", write=True).findings}
+    assert found["heading and mount"].verdict == "cannot be told"
+    draft = Draft(tmp_path / "recording")
+    assert (draft.get("imu.heading_deg"), draft.get("imu.mount")) == (None, None)
+    assert draft.get("imu.offset_s") == pytest.approx(-19.756, abs=0.15)
+
+
 def test_files_that_were_started_by_hand_are_laid_over_each_other(tmp_path: Path) -> None:
     """A recording by others: its clock moved by 17.3 s, its heading turned by 131°; camera and lengths are given."""
     if not SHARED.exists():

@@ -6,7 +6,7 @@
 | `load` | a folder to a recording: `arm`, `body` by its kind; `body_view`, `imu`, `keypoints`, `truth` by entry |
 | `arm_start`, `upper_arm` | an arm's first place; a second sensor on it |
 | `arm_truth`, `body_truth`, `truth_filled` | what was measured besides, checked |
-| `keypoint_frames`, `keypoint_spreads`, `keypoints_filled` | of which frames keypoints are, how far they are spread, and which nobody saw |
+| `keypoint_frames`, `keypoint_spreads`, `keypoints_filled` | of which frames, how good, and which nobody saw |
 | `found_pose`, `upright` | a first pose that was found; worlds with another axis up |
 | `camera` | pinhole and weak perspective |
 | `schema` | what `recording.toml` may hold |

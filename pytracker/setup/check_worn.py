@@ -12,7 +12,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
 from pytracker.setup.findings import Finding
-from pytracker.setup.worn import CLEAR, KIND, Worn, find_worn, is_same, lags_of, mount_of, weighed
+from pytracker.setup.worn import CLEAR, KIND, STANDS, Worn, find_worn, is_same, lags_of, mount_of, weighed
 
 __all__ = ["check_clock", "check_worn", "given_axis"]
 
@@ -21,6 +21,8 @@ STEPS = (0.02, np.radians(3.0))
 LEAST_SD = (0.005, np.radians(1.0))
 LEAST_OFFSET_SD_S = 0.05
 """Clock and heading lean on each other: what is written leaves the smoother room."""
+SAME_CLOCK_S = 0.2
+"""Where all that explains the recording is nearer, the clock is told, whatever is not."""
 FROM_HEADING_DEG = 7.0
 FROM_Y_DEG = 25.0
 """A heading, and a forearm's axis, that are nearer to what is given are as they are given."""
@@ -64,28 +66,39 @@ def check_worn(
         return [Finding("clock, heading and mount", "cannot be told", words)], None
     best = max((*found, *same_axis), key=lambda one: one.log_evidence)
     aligned = max(same_axis, key=lambda one: one.log_evidence, default=best)
-    # What is given stands unless something else is clearly better, the mount before clock and heading.
-    if stays.log_evidence > best.log_evidence - CLEAR:
+    # What is given stands unless something else is better, the mount before clock and heading.
+    if stays.log_evidence > best.log_evidence - STANDS:
         chosen, rivals = stays, tuple[Worn, ...]()
-    elif aligned.log_evidence > best.log_evidence - CLEAR:
-        chosen, rivals = aligned, same_axis
+    elif aligned.log_evidence > best.log_evidence - STANDS:
+        # One that nobody gave is no better than any other.
+        chosen, rivals = aligned, same_axis if has[2] else (*same_axis, *found)
     else:
-        chosen, rivals = best, found
+        chosen, rivals = best, (*found, stays)
     near = [one for one in rivals if one.log_evidence > chosen.log_evidence - CLEAR]
     rival = next((one for one in near if not is_same(one, chosen, KIND)), None)
     if rival is not None:
-        return [_undecided(chosen, rival, best)], chosen
+        return _undecided(chosen, rival, best, near, given if has[0] else None), chosen
     kin = [one for one in near if is_same(one, chosen, KIND)]
     return _words(recording, sightings, given, has, chosen, kin, best), chosen
 
 
-def _undecided(chosen: Worn, rival: Worn, best: Worn) -> Finding:
-    """Of two ways of another kind that explain it as well."""
+def _undecided(chosen: Worn, rival: Worn, best: Worn, near: list[Worn], given: Worn | None) -> list[Finding]:
+    """Of ways of several kinds that explain it as well: the clock, where all have the same, and that there are more."""
     words = (
         f"{_in_words(chosen)} and {_in_words(rival)} explain the recording as well ({_evidence(chosen, best)}, the "
         f"other's {rival.log_evidence:.0f}): move in ways that do not repeat, or give imu.mount"
     )
-    return Finding("clock, heading and mount", "cannot be told", words)
+    offsets = [chosen.offset_s, *(one.offset_s for one in near)]
+    if np.ptp(offsets) > SAME_CLOCK_S:
+        return [Finding("clock, heading and mount", "cannot be told", words)]
+    offset_s, sd_s = float(np.mean(offsets)), max(LEAST_OFFSET_SD_S, float(np.ptp(offsets)))
+    said = f"offset {offset_s:+.3f} ± {sd_s:.3f} s, however the sensor is worn"
+    if given is not None and abs(given.offset_s - offset_s) < sd_s:
+        clock = Finding("clock", "right", said)
+    else:
+        writes = {"imu.offset_s": round(offset_s, 3), "imu.offset_sd_s": round(sd_s, 3)}
+        clock = Finding("clock", "missing" if given is None else "wrong", said, writes)
+    return [clock, Finding("heading and mount", "cannot be told", words)]
 
 
 def _evidence(chosen: Worn, best: Worn) -> str:

@@ -33,7 +33,7 @@ from pytracker.rotation import (
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
-__all__ = ["CLEAR", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "weighed"]
+__all__ = ["CLEAR", "KIND", "STANDS", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "weighed"]
 
 HELD = Ekf(
     corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05
@@ -56,8 +56,11 @@ ALONG_DEG = 6.0
 """An IMU is strapped on with one of its axes along the forearm, give or take so much."""
 MOST_FRAMES = 750
 """More frames say no more than these, and take longer."""
-CLEAR = 15.0
-"""Log evidence by which the best must be better than any of another kind."""
+CLEAR = 25.0
+"""Log evidence by which the best must be better than any of another kind: lengths that are 8 % off and a shoulder that
+moves make a hand behind the back explain a reaching one better than the truth, by up to 20."""
+STANDS = 15.0
+"""Log evidence by which it must be better than what is given."""
 SAME = (0.08, np.radians(12.0), np.radians(20.0))
 """Clocks, headings and axes that are nearer are the same;"""
 KIND = (0.2, np.radians(30.0), np.radians(45.0))
