@@ -13,7 +13,7 @@ from conftest import load_arm
 import pytracker as pt
 from pytracker.evidence import sight
 from pytracker.evidence.camshift import REPEATS, PatchTrack
-from pytracker.evidence.hanging import HANGS, without_hanging
+from pytracker.evidence.hanging import HANGS, STANDS, without_hanging, without_standing
 from pytracker.formats.video import frames
 from pytracker.rotation import Array
 from pytracker.simulate.arm import ArmSimulation
@@ -49,6 +49,38 @@ def test_what_stays_the_same_while_the_sensor_moves_is_left_out() -> None:
     shakes = np.outer(np.sin(2 * np.pi * 5.0 * imu.time_s), [0.7, 0.7, 0.0])
     trembling = dataclasses.replace(still, acc=np.ascontiguousarray(acc + shakes))
     assert without_hanging(track_of(hung), trembling, 0.0).valid.all()
+
+
+def lying(pixel: Array, first: int, after: int) -> Array:
+    """The same, another thing taken for the patch for a while, whose centre trembles."""
+    pixel = pixel.copy()
+    pixel[first:after] = pixel[first] + 0.6 * np.random.default_rng(2).standard_normal((after - first, 2))
+    return pixel
+
+
+def test_another_thing_of_the_patchs_colour_that_lies_still_is_left_out() -> None:
+    """Gestures were 20 to 44 cm off meanwhile, valid, and the heading was blamed."""
+    simulation = ArmSimulation(pt.ArmScene(duration_s=16.0, worn=True, pattern="gesture", period_s=3.0), 4)
+    imu, pixel = simulation.recording().imus[0], simulation.sightings(0.6)[:, 0]
+    assert without_standing(track_of(pixel), imu, 0.0).valid.all()
+    found = without_standing(track_of(lying(pixel, 200, 275)), imu, 0.0)
+    left = [k for k, words in enumerate(found.reason) if words == STANDS]
+    assert set(range(205, 270)) <= set(left) <= set(range(195, 280))
+    # By another clock it is the clock.
+    assert without_standing(track_of(lying(pixel, 200, 275)), imu, 4.0).valid.all()
+    still = dataclasses.replace(imu, acc=np.tile(imu.acc[:1], (len(imu.acc), 1)))
+    assert without_standing(track_of(lying(pixel, 200, 275)), still, 0.0).valid.all()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_hand_that_reaches_and_rests_is_believed(seed: int) -> None:
+    """Its picture was said to hang: the way from the movement before lasts into the rest."""
+    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern="reach", period_s=3.0), seed)
+    recording, pixel = simulation.recording(), simulation.sightings(0.004)[:, 0]
+    speed = np.linalg.norm(np.gradient(pixel, axis=0), axis=1)
+    pixel[1:] = np.where((speed < 0.4)[1:, None], pixel[:-1], pixel[1:])
+    track = track_of(pixel)
+    assert without_standing(without_hanging(track, recording.imus[0], 0.0), recording.imus[0], 0.0).valid.all()
 
 
 def test_a_video_that_hangs_is_told_and_does_no_harm(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Frames in which a picture hung, as a camera's driver or a recorder does: the same one again, while the sensor moves.
+"""Frames in which a patch seems to rest while the sensor moves: the picture hung, or it is another thing of its colour.
 
 A patch that is believed to rest there pulls the track off by what the arm moved meanwhile.
 """
@@ -16,7 +16,7 @@ from pytracker.recording.recording import Imu
 from pytracker.rotation import rotate
 from pytracker.series import runs
 
-__all__ = ["HANGS", "without_hanging"]
+__all__ = ["HANGS", "STANDS", "without_hanging", "without_standing"]
 
 HANGS = "the picture stands still while the sensor moves"
 SAME_PX = 0.02
@@ -25,8 +25,18 @@ LEAST_S, LEAST_FRAMES = 0.2, 5
 """A shorter pause does no harm."""
 ABOUT_S = 2.0
 """The sensor's way is found from so much about it."""
-MOVES_M = 0.02
-"""A wrist that goes so far meanwhile moves, by its sensor; a hand that trembles stays where it is."""
+MOVES_M, MOVES_M_S2 = 0.02, 0.25
+"""A wrist that goes so far meanwhile moves, by its sensor, and is pushed about so (RMS): a hand that trembles stays
+where it is, and of one that came to rest just before only the way from there is left."""
+STANDS = "what is taken for the patch lies still while the sensor moves"
+STANDS_PX, STANDS_S = 3.0, 1.0
+"""The centre of what lies still trembles by less, over so long;"""
+STRIDES_M, STRIDES_M_S2 = 0.05, 0.7
+"""a wrist that goes so far, and is pushed about so (RMS), does not lie there."""
+ENDS_S = 0.15
+"""When it began and ended is known to this."""
+ELSEWHERE_S, ALIKE = 2.0, 0.4
+"""For so long elsewhere the patch must move, by such a share as the sensor does: else it is their clocks."""
 
 
 def without_hanging(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
@@ -39,23 +49,71 @@ def without_hanging(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
     hung = np.zeros(len(track.time_s), dtype=bool)
     for first, last in runs(moved < SAME_PX, LEAST_FRAMES):
         from_s, to_s = track.time_s[[first, last]] + start_s
-        if to_s - from_s >= LEAST_S and _goes_m(imu, from_s, to_s) > MOVES_M:
+        if to_s - from_s >= LEAST_S and _moves(imu, from_s, to_s, MOVES_M, MOVES_M_S2):
             hung[first + 1 : last + 1] = True
-    return _unseen(track, hung) if hung.any() else track
+    return _unseen(track, hung, HANGS) if hung.any() else track
 
 
-def _goes_m(imu: Imu, from_s: float, to_s: float) -> float:
-    """How far the sensor goes between two times, m: what it felt, integrated twice, without what is slow and drifts."""
-    some = (imu.time_s >= from_s - ABOUT_S) & (imu.time_s <= to_s + ABOUT_S)
-    if some.sum() < LEAST_FRAMES:
+def without_standing(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
+    """The same, the patch not seen where what was taken for it lies still, while the forearm's sensor moves on."""
+    stands = np.zeros(len(track.time_s), dtype=bool)
+    for first, after in runs(_stays(track)):
+        from_s, to_s = track.time_s[[first, after - 1]] + start_s
+        if _moves(imu, from_s + ENDS_S, to_s - ENDS_S, STRIDES_M, STRIDES_M_S2):
+            stands[first:after] = True
+    if not stands.any() or _alike(track, ~_stays(track), imu, start_s) < ALIKE:
+        return track
+    return _unseen(track, stands, STANDS)
+
+
+def _stays(track: PatchTrack) -> NDArray[np.bool_]:
+    """Frames of stretches in which the patch's centre stays where it is."""
+    stays = np.zeros(len(track.time_s), dtype=bool)
+    for first in range(len(stays)):
+        after = int(np.searchsorted(track.time_s, track.time_s[first] + STANDS_S))
+        seen = track.pixel[first:after]
+        if after < len(stays) and np.isfinite(seen).all() and np.ptp(seen, axis=0).max() < STANDS_PX:
+            stays[first:after] = True
+    return stays
+
+
+def _alike(track: PatchTrack, moves: NDArray[np.bool_], imu: Imu, start_s: float) -> float:
+    """Share of the patch's way, where it `moves`, that a linear map of the sensor's way explains; 0 of too little."""
+    frame_s = track.time_s + start_s
+    if np.isfinite(track.pixel).all(axis=1).sum() < LEAST_FRAMES:
         return 0.0
-    start_s, way = banded(imu.time_s[some], rotate(imu.q_world_segment[some], imu.acc[some]), integrations=2)
+    camera_s, seen = banded(frame_s, track.pixel)
+    imu_s, way = banded(imu.time_s, rotate(imu.q_world_segment, imu.acc), integrations=2)
+    grid_s = camera_s + GRID_S * np.arange(len(seen))
+    at = np.rint((grid_s - imu_s) / GRID_S).astype(int)
+    frame = np.clip(np.searchsorted(frame_s, grid_s), 0, len(frame_s) - 1)
+    used = (at >= 0) & (at < len(way)) & (moves & np.isfinite(track.pixel).all(axis=1))[frame]
+    if used.sum() * GRID_S < ELSEWHERE_S:
+        return 0.0
+    went, seen = way[at[used]], seen[used]
+    left = seen - went @ np.linalg.lstsq(went, seen, rcond=None)[0]
+    return float(1.0 - (left**2).sum() / max((seen**2).sum(), 1e-9))
+
+
+def _moves(imu: Imu, from_s: float, to_s: float, goes_m: float, pushed_m_s2: float) -> bool:
+    """Whether the sensor goes so far between two times, and what it felt in between varies.
+
+    By what it felt, integrated twice, without what is slow and drifts.
+    """
+    some = (imu.time_s >= from_s - ABOUT_S) & (imu.time_s <= to_s + ABOUT_S)
+    within = (imu.time_s >= from_s) & (imu.time_s <= to_s)
+    if within.sum() < LEAST_FRAMES:
+        return False
+    felt = rotate(imu.q_world_segment[some], imu.acc[some])
+    if np.linalg.norm(felt[within[some]].std(axis=0)) < pushed_m_s2:
+        return False
+    start_s, way = banded(imu.time_s[some], felt, integrations=2)
     time_s = start_s + GRID_S * np.arange(len(way))
     inside = way[(time_s >= from_s) & (time_s <= to_s)]
-    return float(np.linalg.norm(np.ptp(inside, axis=0))) if len(inside) else 0.0
+    return bool(len(inside) and np.linalg.norm(np.ptp(inside, axis=0)) > goes_m)
 
 
-def _unseen(track: PatchTrack, hung: NDArray[np.bool_]) -> PatchTrack:
-    reason = tuple(HANGS if hangs else words for hangs, words in zip(hung, track.reason, strict=True))
-    pixel = np.where(hung[:, None], np.nan, track.pixel)
-    return dataclasses.replace(track, pixel=pixel, valid=track.valid & ~hung, reason=reason)
+def _unseen(track: PatchTrack, hidden: NDArray[np.bool_], why: str) -> PatchTrack:
+    reason = tuple(why if hides else words for hides, words in zip(hidden, track.reason, strict=True))
+    pixel = np.where(hidden[:, None], np.nan, track.pixel)
+    return dataclasses.replace(track, pixel=pixel, valid=track.valid & ~hidden, reason=reason)

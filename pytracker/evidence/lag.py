@@ -149,8 +149,9 @@ def explained_by(camera: Array, imu: Array, seen: Array) -> tuple[Array, Array]:
         of_seen = np.fft.rfft(seen[::-1], size)[:, None, None]
         inner = np.fft.irfft(np.fft.rfft(products, size, axis=0) * of_seen, size, axis=0)[:count]
     whole = _sums((camera**2).sum(axis=1), first_camera, overlap)
-    scale = np.trace(inner, axis1=1, axis2=2)
-    inner = inner + 1e-3 * (scale + 1e-30)[:, None, None] * np.eye(3)
+    trace = np.trace(inner, axis1=1, axis2=2)
+    # Where nothing was seen there is what rounding left.
+    inner = inner + 1e-3 * (trace + 1e-6 * np.abs(trace).max() + 1e-30)[:, None, None].clip(1e-30) * np.eye(3)
     told = np.einsum("kij,kij->k", across, np.linalg.solve(inner, across))
     return np.clip(told / np.maximum(whole, 1e-30), 0.0, 1.0), _sums(seen, first_camera, overlap)
 

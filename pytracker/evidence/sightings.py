@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.evidence.ahead import ahead
 from pytracker.evidence.camshift import PatchTrack, track_patch
-from pytracker.evidence.hanging import without_hanging
+from pytracker.evidence.hanging import without_hanging, without_standing
 from pytracker.evidence.landmarks import Seen, joints_seen, wrist_seen
 from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.formats.video import Frame, frames
@@ -135,7 +135,8 @@ def sight(
         film = partial(_film, view.video, where, progress)
         if view.patch_box is not None:
             found = track_patch(film("patch"), view.patch_box, parameters)
-            track = without_hanging(found, recording.imus[0], view.start_s)
+            hung = without_hanging(found, recording.imus[0], view.start_s)
+            track = without_standing(hung, recording.imus[0], view.start_s)
         elif view.keypoints is not None:
             track = wrist_seen(view.keypoints, recording.arm.side, film("wrist"))
         else:

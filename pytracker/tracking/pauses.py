@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.evidence.hanging import HANGS
+from pytracker.evidence.hanging import HANGS, STANDS
 from pytracker.series import runs
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track, where_of
@@ -15,6 +15,8 @@ PAUSE_S = 0.5
 """Cameras in dim light take fewer frames; none waits so long."""
 TIMES_USUAL = 5.0
 """Nor so many times as long as usually."""
+RESTS = {HANGS: "did camera or recorder hang", STANDS: "does another thing of its colour lie there"}
+"""Why a patch that rests is not believed, and what is asked."""
 
 
 def of_pauses(track: Track) -> tuple[str, ...]:
@@ -35,16 +37,17 @@ def of_pauses(track: Track) -> tuple[str, ...]:
 
 
 def of_hanging(track: ArmTrack) -> tuple[str, ...]:
-    """A sentence for each camera whose picture hung while the sensor moved: what was not seen there is not used."""
+    """A sentence for each camera whose picture hung, or patch stood still, while the sensor moved: it is not used."""
     found: list[str] = []
     for number, patch in enumerate(track.sightings.tracks):
-        hung = [words == HANGS for words in patch.reason]
-        if not any(hung):
-            continue
-        first, end = max(runs(hung), key=lambda run: run[1] - run[0])
-        found.append(
-            f"{where_of(track.recording)}: in {sum(hung)} frames of camera {number}, longest from "
-            f"{patch.time_s[first]:.3f} to {patch.time_s[end - 1]:.3f} s of its video, {HANGS}: they are not used, did "
-            "camera or recorder hang?"
-        )
+        for why, asks in RESTS.items():
+            rests = [words == why for words in patch.reason]
+            if not any(rests):
+                continue
+            first, end = max(runs(rests), key=lambda run: run[1] - run[0])
+            found.append(
+                f"{where_of(track.recording)}: in {sum(rests)} frames of camera {number}, longest from "
+                f"{patch.time_s[first]:.3f} to {patch.time_s[end - 1]:.3f} s of its video, {why}: they are "
+                f"not used, {asks}?"
+            )
     return tuple(found)
