@@ -94,6 +94,28 @@ def test_bursts_at_an_even_rate_are_put_back(tmp_path: Path) -> None:
     assert load(write(tmp_path / "lost.csv", lost.tolist())).time_s == pytest.approx(lost[:, 0])
 
 
+@pytest.mark.parametrize("step_s", [1 / 64, 0.02])
+def test_a_coarse_clock_is_put_even(step_s: float, tmp_path: Path) -> None:
+    """As Windows' own, of 15.6 ms: the file was refused."""
+    table = waving()
+    steps = np.column_stack([step_s * np.floor(table[:, 0] / step_s + 1e-9), table[:, 1:]])
+    log = load(write(tmp_path / "imu.csv", steps.tolist()))
+    assert log.time_s == pytest.approx(table[:, 0], abs=0.012)
+    assert np.diff(log.time_s) == pytest.approx(0.01, abs=1e-4)
+    assert "they are put at an even 100 Hz" in log.warnings[0]
+
+
+def test_a_row_that_is_written_twice_is_taken_once(tmp_path: Path) -> None:
+    table = waving()
+    log = load(write(tmp_path / "imu.csv", np.insert(table, 300, table[299], axis=0).tolist()))
+    assert log.time_s == pytest.approx(table[:, 0])
+    assert "imu.csv:302: 1 rows are written twice: each is taken once" in log.warnings[0]
+    other = np.insert(table, 300, table[299], axis=0)
+    other[300, 1] += 0.1
+    with pytest.raises(pt.InputError, match=r"imu\.csv:302: time 2\.990000 s after 2\.990000 s, expected increasing"):
+        load(write(tmp_path / "other.csv", other.tolist()).rename(tmp_path / "imu.csv"))
+
+
 def test_a_clock_of_whole_seconds_is_early_by_what_it_cuts_off(tmp_path: Path) -> None:
     """Taken for times of arrival, all came a second early: 17.7 cm."""
     table = waving()

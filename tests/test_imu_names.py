@@ -41,6 +41,10 @@ X_IO = ",".join([
         ("gyr_x (deg/sec)", Column("gyr_x", 0.017453292519943295)),
         ("time (msec)", Column("time_s", 1e-3)),
         ("Time (seconds)", Column("time_s", 1.0)),
+        ("Time since start in ms ", Column("time_s", 1e-3)),
+        ("Gyro-X (d/s)", Column("gyr_x", 0.017453292519943295)),
+        ("AsX(°/s)", Column("gyr_x", 0.017453292519943295)),
+        ("hx", Column("mag_x", 1.0)),
         ("Accelerometer X (counts)", None),
         ("Linear Acceleration x (m/s^2)", None),
         ("FreeAcc_X", None),
@@ -296,3 +300,82 @@ def test_a_turn_rate_that_is_not_known_is_told(tmp_path: Path) -> None:
     assert "columns gyro_dps_x look like a turn rate and are not read" in read_imu(path).warnings[0]
     assert known_as("gyr_x_deg_s") == known_as("gyr_x (deg/s)")
     assert known_as("acc_x_m_s2") == known_as("acc_x (m/s2)")
+
+
+def samples(count: int = 200) -> Array:
+    """Of a sensor that turns to and fro: acceleration, m/s², and turn rate, rad/s."""
+    time_s = np.arange(count) / 60.0
+    rate = np.stack([np.sin(2.0 * time_s), np.cos(3.0 * time_s), np.sin(1.3 * time_s)], axis=1)
+    return np.concatenate([np.tile([0.3, -1.0, 9.8], (count, 1)), rate], axis=1)
+
+
+@pytest.mark.parametrize("lost_share", [0.0, 0.05])
+def test_a_counter_shows_what_was_lost(lost_share: float, tmp_path: Path) -> None:
+    """Times went on row by row: 21 cm off, valid in 96 % of the frames, and another rate was asked for."""
+    kept = np.flatnonzero(np.random.default_rng(4).random(600) >= lost_share)
+    path = tmp_path / "imu.csv"
+    lines = [f"{(250 + k) % 256},{row / 60:.6f},{','.join(map(str, samples(600)[k]))}" for row, k in enumerate(kept)]
+    path.write_text("\n".join(["packet_counter,time_s,ax,ay,az,gx,gy,gz", *lines]) + "\n")
+    log = read_imu(path)
+    assert log.time_s - log.time_s[0] == pytest.approx((kept - kept[0]) / 60, abs=3e-4)
+    said = [words for words in log.warnings if "its counter skips" in words]
+    assert len(said) == (lost_share > 0)
+    # Whoever has true times beside it is believed.
+    true = [f"{k},{k / 60:.6f},{','.join(map(str, samples(600)[k]))}" for k in kept]
+    path.write_text("\n".join(["index,time_s,ax,ay,az,gx,gy,gz", *true]) + "\n")
+    assert read_imu(path).warnings == ()
+    assert read_imu(path).time_s == pytest.approx(kept / 60, abs=1e-6)
+
+
+def test_a_mapped_column_keeps_its_unit(tmp_path: Path) -> None:
+    """A clock in milliseconds was asked for in seconds, and nothing could say so."""
+    path = tmp_path / "imu.csv"
+    axes = [f'"IMU {sensor} {axis}, {unit}"' for sensor, unit in (("A", "mG"), ("T", "deg/s")) for axis in "XYZ"]
+    rows = [",".join(f"{x:.6f}" for x in [16 * k, *(row[:3] / GRAVITY * 1e3), *np.degrees(row[3:])])
+            for k, row in enumerate(samples())]  # fmt: skip
+    path.write_text("\n".join([",".join(["Clock [ms]", *axes]), *rows]) + "\n")
+    ours = {f"{sensor}_{axis}": f"IMU {name} {axis.upper()}, {unit}" for sensor, name, unit in
+            (("acc", "A", "mG"), ("gyr", "T", "deg/s")) for axis in "xyz"}  # fmt: skip
+    log = read_imu(path, columns={"time_s": "Clock [ms]", **ours})
+    assert log.acc is not None
+    assert log.gyr is not None
+    assert log.time_s == pytest.approx(0.016 * np.arange(200))
+    assert np.column_stack([log.acc, log.gyr]) == pytest.approx(samples(), abs=1e-6)
+
+
+def test_two_shimmers_in_a_file_are_not_mixed(tmp_path: Path) -> None:
+    """Acceleration was the wrist's and turn rate the trunk's, without a word."""
+    path, names = tmp_path / "imu.csv", ["Timestamp_Unix_CAL"]
+    for device, acc in (("Trunk", "Accel_LN"), ("Wrist", "Accel_WR")):
+        names += [f"{device}_{sensor}_{axis}_CAL" for sensor in (acc, "Gyro") for axis in "XYZ"]
+    units = ["ms", *(["m/(s^2)"] * 3 + ["deg/s"] * 3) * 2]
+    rows = [[1.7e12 + 16 * k, *row, *(2 * row)] for k, row in enumerate(samples())]
+    path.write_text("\n".join("\t".join(map(str, row)) for row in [names, units, *rows]) + "\n")
+    with pytest.raises(pt.InputError, match="holds the sensors trunk, wrist, expected one a file, or columns"):
+        read_imu(path)
+    wrist = {f"{ours}_{axis}": f"Wrist_{theirs}_{axis.upper()}_CAL" for ours, theirs in
+             (("acc", "Accel_WR"), ("gyr", "Gyro")) for axis in "xyz"}  # fmt: skip
+    log = read_imu(path, columns={"time_s": "Timestamp_Unix_CAL", **wrist})
+    assert log.acc is not None
+    assert log.acc == pytest.approx(2 * samples()[:, :3])
+
+
+def test_a_magnetometer_that_pauses_is_one(tmp_path: Path) -> None:
+    """One empty cell, and there was no magnetometer; one that reads zero told north."""
+
+    def read(field: Callable[[int], str]) -> ImuLog:
+        path = tmp_path / "imu.csv"
+        slow = samples() * [1.0, 1.0, 1.0, 0.01, 0.01, 0.01]
+        rows = [f"{k / 60:.6f},{','.join(map(str, row))},{field(k)}" for k, row in enumerate(slow)]
+        path.write_text("\n".join(["time_s,ax,ay,az,gx,gy,gz,mx,my,mz", *rows]) + "\n")
+        return orient(check(read_imu(path)))
+
+    whole = read(lambda k: f"{20 + 0.01 * k:.3f},{-5 + 0.02 * k:.3f},-40")
+    found = read(lambda k: ",," if k % 10 else f"{20 + 0.01 * k:.3f},{-5 + 0.02 * k:.3f},-40")
+    assert "magnetic north" in found.warnings[-1]
+    assert whole.q_world_sensor is not None
+    assert found.q_world_sensor is not None
+    assert np.abs((found.q_world_sensor * whole.q_world_sensor).sum(axis=1)) == pytest.approx(1.0, abs=1e-4)
+    found = read(lambda k: ",," if k % 199 else "20,-5,-40" if k else "20,-4,-40")
+    assert "the magnetometer says nothing for 3.32 s, so the heading is arbitrary" in found.warnings[-1]
+    assert "the magnetometer says nothing, or always the same" in read(lambda _: "0,0,0").warnings[-1]

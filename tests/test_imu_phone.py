@@ -337,6 +337,26 @@ def test_sensorlog_of_a_watch_is_core_motion_in_one_file(tmp_path: Path) -> None
     assert log.time_s - 5000 == pytest.approx(TIME_S)
 
 
+@pytest.mark.parametrize("late_s", [0.1, 0.4])
+def test_metawears_sensors_count_from_their_own_first_sample(tmp_path: Path, late_s: float) -> None:
+    """Started one after another: 5.5° of tilt and a heading that wandered by 15°, without a word."""
+    time_s = np.arange(0.0, 3.0, 0.01)
+    turn = np.stack([np.sin(3.0 * time_s), np.cos(2.0 * time_s), 0.5 * time_s], axis=1)
+    for called, unit, first in (("Accelerometer", "g", 0), ("Gyroscope", "deg/s", round(100 * late_s))):
+        header = "epoch (ms),time (01:00),elapsed (s)," + ",".join(f"{axis}-axis ({unit})" for axis in "xyz")
+        rows = [
+            f"{1.7e12 + 1e3 * t:.0f},12.00,{t - time_s[first]:.3f},{x:.9f},{y:.9f},{z:.9f}"
+            for t, (x, y, z) in zip(time_s[first:], turn[first:], strict=True)
+        ]
+        (tmp_path / f"MetaWear_2024-05-01_C8_{called}_100.000Hz_1.7.2.csv").write_text("\n".join([header, *rows]))
+    log = read_imu(tmp_path)
+    assert log.gyr is not None
+    assert log.acc is not None
+    assert log.time_s[0] == pytest.approx(late_s, abs=0.011)
+    assert np.degrees(log.gyr) == pytest.approx(log.acc / GRAVITY, abs=1e-5)
+    assert log.warnings == ()
+
+
 def test_metawear_writes_the_sensor_into_a_long_name(tmp_path: Path) -> None:
     start = "epoch (ms),time (01:00),elapsed (s),"
     for called, unit, values, offset in (

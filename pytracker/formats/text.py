@@ -81,7 +81,8 @@ def number(cell: str, path: Path, line: int, column: str) -> float:
     try:
         value = float(cell)
     except ValueError:
-        raise InputError(f"{path}:{line}: {column} is {cell[:80]!r}, expected a number") from None
+        asks = ", with a point for decimals" if re.fullmatch(r"[+-]?\d+,\d+", cell) else ""
+        raise InputError(f"{path}:{line}: {column} is {cell[:80]!r}, expected a number{asks}") from None
     if "_" in cell or math.isinf(value):
         raise InputError(f"{path}:{line}: {column} is {cell[:80]!r}, expected a finite number")
     return value

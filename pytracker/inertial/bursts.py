@@ -25,6 +25,8 @@ MOST_WAIT_S = 1.0
 """No radio waits longer for what it sends at once."""
 PAUSE = 4.0
 """Whoever waits so many times as long pauses."""
+STEPPING, FEW_STEPS = 0.05, 5
+"""Fewer times that repeat, as a share and at least, are rows that were written twice."""
 FEW = 20
 """Fewer samples have no rate."""
 
@@ -46,8 +48,10 @@ def evened(log: ImuLog) -> ImuLog:
     rate then, all times stay those of arrival.
     """
     interval = np.diff(log.time_s)
-    if not comes_in_bursts(log) or (interval < 0).any():
+    if (interval < 0).any():
         return log
+    if not comes_in_bursts(log):
+        return _stepping(log, interval) if (interval == 0).any() else log
     if counts_seconds(log.time_s):
         time_s, kept, words = in_seconds(log.time_s)
         return dataclasses.replace(log, time_s=time_s, warnings=(*log.warnings, f"{log.path}: {words}")).kept(kept)
@@ -69,6 +73,33 @@ def evened(log: ImuLog) -> ImuLog:
     return dataclasses.replace(
         log, time_s=time_s, warnings=(*log.warnings, f"{words}: they are put at an even {rate_hz:.4g} Hz")
     )
+
+
+def _stepping(log: ImuLog, interval: Array) -> ImuLog:
+    """Of times that now and then repeat: a row written twice is left out; a coarse clock's steps are put even."""
+    again = np.append(False, interval == 0)
+    if again.sum() < FEW_STEPS or again.mean() < STEPPING:
+        said = [values for values in (log.acc, log.gyr, log.q_world_sensor) if values is not None]
+        same = np.all([(values[1:] == values[:-1]).all(axis=1) for values in said], axis=0)
+        again[1:] &= same
+        if not again.any() or same.mean() > STEPPING:
+            return log
+        words = (
+            f"{log.path}:{log.lines[np.argmax(again)]}: {int(again.sum())} rows are written twice: each is taken once"
+        )
+        return dataclasses.replace(log, warnings=(*log.warnings, words)).kept(~again)
+    step_s = float(np.median(interval[interval > 0])) if (interval > 0).any() else 0.0
+    even = _evenly(log.time_s, step_s)
+    if even is None or not (np.diff(even) > 0).all():
+        return log
+    # Whether a step is told by its end or its beginning is not known.
+    time_s = even + float(np.mean(log.time_s - even))
+    rate_hz = 1.0 / float(np.median(np.diff(even)))
+    words = (
+        f"{log.path}: the clock goes in steps of {step_s:.4g} s, several samples to one: they are put at an even "
+        f"{rate_hz:.4g} Hz"
+    )
+    return dataclasses.replace(log, time_s=time_s, warnings=(*log.warnings, words))
 
 
 def _evenly(time_s: Array, wait_s: float) -> Array | None:

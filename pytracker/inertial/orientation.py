@@ -20,6 +20,8 @@ MOST_STEPS = 4
 """Steps of VQF for every sample, at the most."""
 BRIDGED_S = 1.0
 """Nobody knows how a sensor turned in a longer gap."""
+SILENT_S = 2.0
+"""A magnetic field is interpolated over no longer pauses: magnetometers are slow, and an arm turns."""
 BIASED = 0.05
 """A gyroscope at rest that reads more is worth a word, rad/s."""
 OTHER_GYROSCOPES: dict[str, Float] = {
@@ -53,10 +55,10 @@ def orient(log: ImuLog) -> ImuLog:
         )
 
     bias, told_by = _bias(log)
-    mag = None if log.mag is None or not np.isfinite(log.mag).all() else log.mag
+    mag, none = _magnetometer(log)
     q = _by_vqf(log, log.gyr - bias, mag)
     heading = (
-        "there is no magnetometer, so the heading is arbitrary: set heading_deg"
+        f"{none}, so the heading is arbitrary: set heading_deg"
         if mag is None
         else "its heading is magnetic north along +y (ENU): set heading_deg to turn it to the world"
     )
@@ -69,6 +71,20 @@ def orient(log: ImuLog) -> ImuLog:
     _check_gyroscope(oriented, bias)
     up = check_up(oriented, "computed from the gyroscope: is gyr in rad/s, and in the axes of acc?")
     return dataclasses.replace(oriented, warnings=(*oriented.warnings, *(up or check_windows(oriented))))
+
+
+def _magnetometer(log: ImuLog) -> tuple[Float | None, str]:
+    """The magnetic field at every sample `(M, 3)`, interpolated where it has none; else None, and why."""
+    if log.mag is None:
+        return None, "there is no magnetometer"
+    known = np.isfinite(log.mag).all(axis=1)
+    seen_s = log.time_s[known]
+    if not known.any() or np.ptp(log.mag[known], axis=0).max() == 0:
+        return None, "the magnetometer says nothing, or always the same"
+    silent_s = float(np.diff([log.time_s[0], *seen_s, log.time_s[-1]]).max())
+    if silent_s > SILENT_S:
+        return None, f"the magnetometer says nothing for {silent_s:.3g} s"
+    return np.stack([np.interp(log.time_s, seen_s, log.mag[known, d]) for d in range(3)], axis=1), ""
 
 
 def _bias(log: ImuLog) -> tuple[Float, str]:

@@ -5,6 +5,7 @@
 | `read` | any of them, told apart by content; what every log must pass |
 | `table` | a CSV whose columns are named, or mapped |
 | `names`, `clock`, `dates` | what columns are called, their units; the unit of times that do not say it; dates |
+| `counter` | a column that counts samples, and what it shows to be lost |
 | `stream` | one sensor of several that tick on their own |
 | `phone`, `core_motion` | Sensor Logger's and phyphox's folders; Apple's motion in one file |
 | `ximu3` | x-io's folders |

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 
 from pytracker.inertial.gravity import GRAVITY
 
-__all__ = ["Column", "known_as", "of_shimmer"]
+__all__ = ["Column", "devices_of_shimmer", "known_as", "of_shimmer", "unit_in"]
 
 SHIMMER = re.compile(
-    r".*?(accel_ln|accel_wr|gyro|mag|quat_madge_[69]dof|timestamp(?:sync)?(?:_(?:formatted)?unix)?)(?:_([wxyz]))?_cal"
+    r"(.*?)_?(accel_ln|accel_wr|gyro|mag|quat_madge_[69]dof|timestamp(?:sync)?(?:_(?:formatted)?unix)?)(?:_([wxyz]))?_cal"
 )
 """Shimmer's: the device, the sensor, the axis; of two accelerometers the one of low noise and the one of wide range."""
 NO_UNIT = re.compile(r"yyyy|no_?\s?units?$|n/a$|local$")
@@ -24,7 +24,7 @@ NO_UNIT = re.compile(r"yyyy|no_?\s?units?$|n/a$|local$")
 UNIT = re.compile(r"[\(\[]([^\)\]]*)[\)\]]")
 TIME = re.compile(
     r"(?:time|timestamp|t|elapsed|elapsedtime|epoch|(?:field)?headerstamp)(s|sec|ms|us|ns)?|(millis|micros)"
-    r"|secondselapsed"
+    r"|secondselapsed|timesincestartin(s|ms)"
 )
 """With the unit at its end."""
 BEHIND = {
@@ -36,11 +36,12 @@ NAMED_UNITS = {"millis": "ms", "micros": "us"}
 SENSORS = {
     "acc": re.compile(r"(?:a|acc|accel|acceleration|accelerometer|arss)([xyz])(?:axis)?"),
     "gyr": re.compile(
-        r"(?:g|w|gyr|gyro|gyroscope|(?:field)?angularvelocity|angularrate|rotationrate|wrss)([xyz])(?:axis)?"
+        r"(?:g|w|as|gyr|gyro|gyroscope|(?:field)?angularvelocity|angularrate|rotationrate|wrss)([xyz])(?:axis)?"
     ),
-    "mag": re.compile(r"(?:m|mag|magn|magnetometer|magneticfield)([xyz])(?:axis)?"),
+    "mag": re.compile(r"(?:m|h|mag|magn|magnetometer|magneticfield)([xyz])(?:axis)?"),
 }
-"""Such as `ax`, `gx`; EuRoC's `a_RS_S_x`, `w_RS_S_x`; ROS' `angular_velocity.x`; `x-axis` of a sensor's own file."""
+"""Such as `ax`, `gx`; WitMotion's `AsX`, `HX`; EuRoC's `a_RS_S_x`, `w_RS_S_x`; ROS' `angular_velocity.x`; `x-axis` of a
+sensor's own file."""
 OF_ROS = re.compile(r"(?:field\.)?linear_acceleration\.([xyz])")
 """With gravity in it. Written otherwise, linear acceleration is that without."""
 G_FORCE = re.compile(r"gf(?:orce)?([xyz])")
@@ -61,7 +62,7 @@ UNITS: dict[str, dict[str, float]] = {
     "gyr": {
         "": 1.0, "rad/s": 1.0, "rads-1": 1.0, "rads^-1": 1.0,
         "rad/sec": 1.0, "rps": 1.0, "deg/s": DEGREES, "deg/sec": DEGREES, "degrees/s": DEGREES, "degree/s": DEGREES,
-        "°/s": DEGREES, "°/sec": DEGREES, "dps": DEGREES, "mdps": 1e-3 * DEGREES,
+        "d/s": DEGREES, "°/s": DEGREES, "°/sec": DEGREES, "dps": DEGREES, "mdps": 1e-3 * DEGREES,
     },
 }  # fmt: skip
 
@@ -81,14 +82,20 @@ class Column:
     has_unit: bool = field(default=False, compare=False)
 
 
+def devices_of_shimmer(names: Sequence[str]) -> tuple[str, ...]:
+    """Those whose accelerometers, gyroscopes and the like the columns are; a clock may be all theirs."""
+    found = [match for name in names if (match := SHIMMER.fullmatch(name)) and match[3]]
+    return tuple(dict.fromkeys(match[1] for match in found))
+
+
 def of_shimmer(names: Sequence[str], units: Sequence[str]) -> list[str]:
     """Columns of Shimmer's and the units in the row below them, as names that are known; others as they are.
 
     Of two accelerometers it is the one of wide range: a wrist that moves is beyond the other.
     """
     found = [SHIMMER.fullmatch(name) for name in names]
-    has_wide = any(match and match[1] == "accel_wr" for match in found)
-    has_heading = any(match and match[1] == "quat_madge_9dof" for match in found)
+    has_wide = any(match and match[2] == "accel_wr" for match in found)
+    has_heading = any(match and match[2] == "quat_madge_9dof" for match in found)
     known = {
         "accel_wr": "acc", "accel_ln": "low noise" if has_wide else "acc", "gyro": "gyr", "mag": "mag",
         "quat_madge_9dof": "quat", "quat_madge_6dof": "without heading" if has_heading else "quat",
@@ -98,7 +105,7 @@ def of_shimmer(names: Sequence[str], units: Sequence[str]) -> list[str]:
     return [
         name
         if match is None
-        else f"{known.get(match[1], 'timestamp')} {match[2] or ''}" + ("" if NO_UNIT.match(unit) else f" ({unit})")
+        else f"{known.get(match[2], 'timestamp')} {match[3] or ''}" + ("" if NO_UNIT.match(unit) else f" ({unit})")
         for name, unit, match in zip(names, plain, found, strict=True)
     ]
 
@@ -120,7 +127,7 @@ def known_as(header: str) -> Column | None:
         if base == "secondselapsed":
             return Column("time_s", 1.0, has_unit=True)
         said = "" if time[1] == "s" and not words.endswith(("_s", " s", ".s", "-s")) else time[1]
-        return _in_unit("time", "time_s", unit or said or NAMED_UNITS.get(time[2] or "", ""))
+        return _in_unit("time", "time_s", unit or said or time[3] or NAMED_UNITS.get(time[2] or "", ""))
     if turn := QUATERNION.fullmatch(base):
         return _in_unit("q", f"q_{turn[1]}", unit)
     if force := G_FORCE.fullmatch(base):
@@ -131,6 +138,16 @@ def known_as(header: str) -> Column | None:
         if match := pattern.fullmatch(base):
             return _in_unit(sensor, f"{sensor}_{match[1]}", unit)
     return None
+
+
+def unit_in(header: str, ours: str) -> Column:
+    """A column that is said to be `ours`, in the unit that its name says, in brackets or at its end."""
+    quantity, words = ours.split("_", maxsplit=1)[0], header.lower().strip('"# ')
+    found = UNIT.search(words)
+    last = re.split(r"[\s,_]+", UNIT.sub("", words))[-1]
+    unit = (found[1] if found else last).strip().replace(" ", "")
+    unit = BEHIND.get(unit, unit) if quantity != "time" else unit
+    return (unit and _in_unit(quantity, ours, unit)) or Column(ours, 1.0)
 
 
 def _in_unit(quantity: str, name: str, unit: str) -> Column | None:

@@ -19,7 +19,7 @@ from pytracker.formats.imu.core_motion import read_motion
 from pytracker.formats.imu.names import known_as
 from pytracker.formats.imu.stream import Stream
 from pytracker.formats.imu.table import Header, header_of
-from pytracker.formats.text import parse_table, read_lines
+from pytracker.formats.text import Table, parse_table, read_lines
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 
@@ -39,6 +39,8 @@ PHYPHOX = "meta"
 """The folder in which phyphox says of itself; it counts as Android does on any phone."""
 LEAST_GRAVITY = 0.5
 """Of the usual, in the median: less is none, or is in g."""
+EPOCH = "epoch"
+"""A time of the day, beside one that is counted from the start."""
 CUT_S = 1.0
 """Sensors begin and end so far apart without a word."""
 
@@ -74,13 +76,15 @@ def read_phone(folder: Path) -> ImuLog:
     acc = _acceleration(folder, files)
     sign = -1.0 if of.is_apple and not of.is_standard else 1.0
     warnings = []
-    if not (of.is_known or (folder / PHYPHOX).is_dir() or any(name in files for name in TOTAL)):
+    is_app = any(_sensor_of(path.stem) == re.sub("[^a-z]", "", path.stem.lower()) for path in files.values())
+    if is_app and not (of.is_known or (folder / PHYPHOX).is_dir() or any(name in files for name in TOTAL)):
         warnings.append(
             f"{folder.name} has no Metadata.csv that says which phone it was: acceleration is taken to be up at rest, "
             "as Android counts it; Sensor Logger on an iPhone counts it the other way round, unless it is told to "
             "standardise frames"
         )
-    gyr, mag = _found(files, GYROSCOPE, "gyr"), _found(files, MAGNETOMETER, "mag")
+    others = (_found(files, GYROSCOPE, "gyr"), _found(files, MAGNETOMETER, "mag"))
+    gyr, mag = (None if stream is None else stream.beside(acc) for stream in others)
     unread = {path.name for path in folder.glob("[!.]*.[cC][sS][vV]")} - {path.name for path in files.values()}
     return replace(_together(acc, sign, gyr, mag, tuple(warnings)), unread=tuple(sorted(unread)))
 
@@ -126,6 +130,7 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Stream:
             f"{acc.path}: acceleration is {length:.2f} m/s² in the median, expected about {GRAVITY:.1f}: gravity is "
             "not in it; expected TotalAcceleration.csv or Gravity.csv beside it"
         )
+    gravity = gravity.beside(acc)
     covered = gravity.covers(acc.time_s)
     if covered.sum() < 2:
         raise InputError(f"{folder}: its sensors do not overlap ({_spans(acc, gravity)}), expected one recording")
@@ -135,7 +140,7 @@ def _acceleration(folder: Path, files: dict[str, Path]) -> Stream:
     if float(np.median(along)) > LEAST_GRAVITY * GRAVITY:
         return acc
     values = acc.values + down
-    return Stream(acc.path, acc.lines[covered], acc.time_s[covered], values[covered])
+    return Stream(acc.path, acc.lines[covered], acc.time_s[covered], values[covered], acc.began_s)
 
 
 def _spans(*streams: Stream) -> str:
@@ -155,11 +160,12 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Stre
             f"{path}:{header.first}: header has no column {', '.join(missing)} (it has {', '.join(header.names)[:99]}),"
             " expected seconds_elapsed or Time (s), and x, y, z"
         )
-    table = parse_table(path, header.lines, header.first, names, header.delimiter, {"time_s", *axes})
+    table = parse_table(path, header.lines, header.first, names, header.delimiter, {"time_s", EPOCH, *axes})
     time_s, values = table.columns("time_s"), table.columns(*axes)
     assert time_s is not None
     assert values is not None
     time_s *= factors["time_s"] or unit_of(time_s[:, 0])[1]
+    began_s = _began_s(table, time_s[:, 0]) if EPOCH in names else np.nan
     if (back := np.flatnonzero(~(np.diff(time_s[:, 0]) >= 0))).size:
         line = int(table.lines[back[0] + 1])
         raise InputError(f"{path}:{line}: time goes back to {time_s[back[0] + 1, 0]} s, expected increasing times")
@@ -167,17 +173,27 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Stre
     has = np.isfinite(values).all(axis=1)
     if not has.any():
         raise InputError(f"{path}: none of its {len(values)} rows has x, y and z, expected a sensor's values")
-    return Stream(path, table.lines[has], time_s[has, 0], values[has] * np.array([factors[name] for name in axes]))
+    values = values[has] * np.array([factors[name] for name in axes])
+    return Stream(path, table.lines[has], time_s[has, 0], values, began_s)
+
+
+def _began_s(table: Table, elapsed_s: Float) -> float:
+    """When a clock that counts from the start began, by the one of the day beside it, s."""
+    epoch = table.columns(EPOCH)
+    assert epoch is not None
+    return float(np.median(epoch[:, 0] * unit_of(epoch[:, 0])[1] - elapsed_s))
 
 
 def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
     """Columns in our terms, and the factors of their units; 0 of a clock that does not say its own.
 
-    Sensor Logger's `time` is in nanoseconds.
+    Sensor Logger's `time` is in nanoseconds. Beside a time that is counted from the start one of the day is `EPOCH`.
     """
     names, factors = list(header.names), {}
     for k in sorted(range(len(names)), key=lambda k: "elapsed" not in header.names[k]):
         column = known_as(header.names[k]) or known_as(f"{sensor} {header.names[k]}")
+        if column is not None and column.name == "time_s" and "time_s" in factors and EPOCH not in names:
+            names[k] = EPOCH
         if column is not None and column.name not in factors:
             is_told = column.has_unit or column.name != "time_s"
             names[k], factors[column.name] = column.name, column.factor if is_told else 0.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,8 @@ __all__ = ["Stream"]
 
 Float = NDArray[np.float64]
 
+APART_S = 0.01
+"""Clocks that begin no farther apart are one: that of the day is in milliseconds, of when samples arrived."""
 LONG_GAP, LONG_GAP_S = 10.0, 0.2
 """A sensor that is silent for so many of its usual intervals, and so long, has lost samples: nothing is between."""
 
@@ -25,12 +27,19 @@ class Stream:
         lines: line numbers of its samples `(M,)`.
         time_s: their times, s `(M,)`.
         values: `(M, K)`.
+        began_s: when its times began, by the clock of the day, s; NaN where that is not said.
     """
 
     path: Path
     lines: NDArray[np.int64]
     time_s: Float
     values: Float
+    began_s: float = np.nan
+
+    def beside(self, other: Stream) -> Stream:
+        """The same, by the clock of the other: MetaWear counts each sensor's times from its own first sample."""
+        later_s = self.began_s - other.began_s
+        return replace(self, time_s=self.time_s + later_s) if abs(later_s) > APART_S else self
 
     def at(self, time_s: Float) -> Float:
         """Between its samples `(T, K)`."""

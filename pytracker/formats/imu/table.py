@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.imu.clock import seconds
+from pytracker.formats.imu.counter import counter_in, missing_words, steps_of
 from pytracker.formats.imu.dates import as_seconds
-from pytracker.formats.imu.names import Column, known_as, of_shimmer
-from pytracker.formats.text import delimited, parse_table
+from pytracker.formats.imu.names import Column, devices_of_shimmer, known_as, of_shimmer, unit_in
+from pytracker.formats.text import cells_of, delimited, parse_table
 from pytracker.inertial.log import ImuLog
 
 __all__ = ["Header", "header_of", "read"]
@@ -52,12 +53,14 @@ class Header:
         delimiter: between cells.
         names: in small letters, as they are.
         lines: the whole file's, with points for decimals.
+        devices: whose columns they are, where the names say it.
     """
 
     first: int
     delimiter: str
     names: tuple[str, ...]
     lines: list[str]
+    devices: tuple[str, ...] = ()
 
 
 def header_of(lines: list[str]) -> Header:
@@ -65,16 +68,19 @@ def header_of(lines: list[str]) -> Header:
     said = [k for k, line in enumerate(lines[:HEADER_WITHIN]) if line.strip() and not SEPARATOR.match(line)]
     first = next((k for k in said if _names_columns(lines[k])), said[0] if said else len(lines) - 1)
     delimiter, lines = delimited(lines, first)
-    names = [name.strip().strip('"').lower() for name in lines[first].split(delimiter)]
+    names = [name.strip().strip('"').lower() for name in cells_of(lines[first], delimiter)]
     below = lines[first + 1].split(delimiter) if first + 1 < len(lines) else []
+    devices: tuple[str, ...] = ()
     if (
         any(name.endswith("_cal") for name in names)
         and len(below) == len(names)
         and not re.match(r'[ "]*-?\d', below[0])
     ):
-        names, first = of_shimmer(names, [unit.strip().strip('"') for unit in below]), first + 1
+        devices = devices_of_shimmer(names)
+        units = [unit.strip().strip('"') for unit in below]
+        names, first = of_shimmer(names, units) if len(devices) < 2 else names, first + 1
     # A comma at the end of every line begins no column.
-    return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines)
+    return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines, devices)
 
 
 def _names_columns(line: str) -> bool:
@@ -92,6 +98,11 @@ def read(
     """
     header = header_of(lines)
     names, known = _ours(path, list(header.names), columns or {})
+    if len(header.devices) > 1 and not columns:
+        raise InputError(
+            f"{path}:{header.first}: holds the sensors {', '.join(header.devices)[:200]}, expected one a file, or "
+            'columns = { time_s = "...", acc_x = "...", ... } that names one\'s'
+        )
     _check_names(path, header.first, names, has_rate=rate_hz is not None)
     lines, clock = header.lines, known.get("time_s")
     at = names.index("time_s") if "time_s" in names else None
@@ -105,6 +116,11 @@ def read(
         return None if values is None else values * [known[name].factor if name in known else 1.0 for name in group]
 
     time_s, odd = seconds(table, clock, rate_hz)
+    counting = counter_in(names)
+    steps = None if counting is None else steps_of(lines, table.lines, header.delimiter, counting)
+    if steps is not None and (skips := missing_words(steps, time_s, table.lines)):
+        time_s = time_s[0] + np.append(0.0, np.cumsum(steps)) * float(np.median(np.diff(time_s)))
+        odd = (*odd, f"{path}: {skips}: it is believed")
     strange = [name for name in names if name not in OURS and TURN_LIKE.match(name)]
     if strange and GYR[0] not in names:
         words = f"{path}: columns {', '.join(strange)[:200]} look like a turn rate and are not read"
@@ -159,6 +175,7 @@ def _ours(path: Path, theirs: list[str], columns: Mapping[str, str]) -> tuple[li
                 f"{path}: columns.{ours} is {name!r}, but the header has no such column: {', '.join(theirs)[:200]}"
             )
         names[theirs.index(name.lower())] = ours
+        found[ours] = unit_in(name, ours)
     # A clock that counts from the start says more than one of the day.
     for k in sorted(range(len(theirs)), key=lambda k: "elapsed" not in theirs[k]):
         known = known_as(theirs[k]) if names[k] == theirs[k] and names[k] not in OURS else None
