@@ -14,7 +14,7 @@
 //! | [`cues`] | eqs (7), (9), (11), (15), (16): what a frame says of it, one file a cue |
 //! | [`stillness`] | not in the paper: rest, told from the IMU |
 //! | [`pause`] | not in the paper: where the arm may be after nothing was heard and seen |
-//! | [`incoming`] | not in the paper: a stream without its patch, or whose forces show no gravity |
+//! | [`incoming`] | not in the paper: a stream without its patch, or whose IMU contradicts itself |
 //! | [`plausible`] | not in the paper: estimates that no arm can have, or that the picture contradicts |
 //! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |
