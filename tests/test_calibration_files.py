@@ -332,6 +332,14 @@ def test_a_calibration_is_of_pictures_of_a_size(
             begun(simulated, tmp_path / "new", known)
 
 
+def test_a_calibration_of_other_pictures_that_says_no_size_is_refused(simulated: Path, tmp_path: Path) -> None:
+    """Of twice the size a body was 4 m off, all valid, and the track called right."""
+    known = tmp_path / "camera.toml"
+    known.write_text("matrix = [[1400.0, 0, 639.5], [0, 1400.0, 479.5], [0, 0, 1]]\n", "utf-8")
+    with pytest.raises(pt.InputError, match=r"640 x 480 px as .* has, expected size_px .*about \[1280, 960\], if they"):
+        pt.setup.init(tmp_path / "new", video=simulated / "video.mp4", camera=known)
+
+
 def test_a_key_that_is_none_is_named(simulated: Path, tmp_path: Path) -> None:
     known = tmp_path / "camera.toml"
     known.write_text("distortions = [0.1, 0.0, 0.0, 0.0, 0.0]\n", "utf-8")

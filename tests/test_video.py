@@ -244,3 +244,13 @@ def test_a_video_of_a_phone_held_upright_is_upright(tmp_path: Path) -> None:
     assert image.shape == (64, 32, 3)
     assert image[:16].mean() > 200
     assert image[30:].mean() < 50
+
+
+@pytest.mark.parametrize("name", ["img", "img/%04d.png"])
+def test_a_folder_of_pictures_says_how_it_becomes_a_video(tmp_path: Path, name: str) -> None:
+    """There was no such file, though there was."""
+    (tmp_path / "img").mkdir()
+    for k in range(3):
+        cv2.imwrite(str(tmp_path / "img" / f"{k:04d}.png"), np.zeros((8, 8, 3), dtype=np.uint8))
+    with pytest.raises(pt.InputError, match=r"img holds 3 pictures, expected a video, such as ffmpeg makes of them"):
+        video.probe(tmp_path / name)

@@ -25,6 +25,8 @@ OPENCV: str = cv2.__version__
 
 Image = NDArray[np.uint8]
 
+PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+"""Of which folders of frames are made."""
 TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
 MOST_FRAMES = 100_000_000
@@ -71,6 +73,13 @@ class VideoInfo:
 def opened(path: Path) -> cv2.VideoCapture:
     """A decoder at its first frame, which whoever opens it releases. Raises `InputError`."""
     if not path.is_file():
+        of = path if path.is_dir() else path.parent
+        count = sum(one.suffix.lower() in PICTURES for one in of.iterdir()) if of.is_dir() else 0
+        if count > 1 and (path.is_dir() or "%" in path.name or path.suffix.lower() in PICTURES):
+            raise InputError(
+                f"{path}: {of.name} holds {count} pictures, expected a video, such as ffmpeg makes of them: ffmpeg "
+                "-framerate RATE -pattern_type glob -i 'FOLDER/*.png' -c:v mjpeg -q:v 2 video.avi"
+            )
         raise InputError(f"{path}: no such file, expected a video")
     if path.stat().st_size == 0:
         raise InputError(f"{path}: the file is empty (0 bytes), expected a video")

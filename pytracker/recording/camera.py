@@ -55,7 +55,10 @@ class Camera:
         )
         words = []
         if off > OFF_MIDDLE:
-            why = "are cx and cy exchanged?" if exchanged < UNLIKE else "was it calibrated at another size, or cut out?"
+            of = f"of about {2 * cx + 1:.0f} x {2 * cy + 1:.0f} px" if min(cx, cy) > 0 else "of another size"
+            why = (
+                "are cx and cy exchanged?" if exchanged < UNLIKE else f"was it calibrated on pictures {of}, or cut out?"
+            )
             words.append(
                 f"matrix has its principal point at ({cx:g}, {cy:g}), {off:.0%} off the middle of pictures of "
                 f"{width} x {height} px, expected at most {OFF_MIDDLE:.0%}: {why}"

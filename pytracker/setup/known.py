@@ -15,6 +15,8 @@ __all__ = ["known_of"]
 
 KEYS = {*CameraEntry.model_fields, *BodyCameraEntry.model_fields, *ArmEntry.model_fields, "schema", "kind"}
 WEAK = ("affine", "points")
+OFF_MIDDLE = 0.25
+"""A principal point farther off the middle, as a share of width or height, is of pictures of another size."""
 PADDED_PX = 16
 """Encoders fill pictures up to whole blocks of so many pixels, or cut what is beyond: nothing is scaled then."""
 ASPECT = 0.01
@@ -36,7 +38,10 @@ def known_of(path: Path | str, camera: str | None, video: Path) -> tuple[dict[st
             raise InputError(f"{path}: {key} is of a weak perspective, expected matrix, rotation and translation_m")
     size = size_of(path, known) or _size_of_its_video(Path(path), known)
     known.pop("size_px", None)
-    return (known, "") if size is None or "matrix" not in known else _scaled(path, known, size, video)
+    if size is None or "matrix" not in known:
+        _check_middle(path, known, video)
+        return known, ""
+    return _scaled(path, known, size, video)
 
 
 def _size_of_its_video(path: Path, known: dict[str, Any]) -> tuple[int, int] | None:
@@ -46,6 +51,21 @@ def _size_of_its_video(path: Path, known: dict[str, Any]) -> tuple[int, int] | N
         return None
     info = probe(path.parent / video)
     return info.width, info.height
+
+
+def _check_middle(path: Path | str, known: dict[str, Any], video: Path) -> None:
+    """Of a calibration that says no size. Raises `InputError` where its pictures' middle is none of the video's."""
+    try:
+        (_, _, cx), (_, _, cy), _ = ([float(x) for x in row] for row in known["matrix"])
+    except (KeyError, TypeError, ValueError):
+        return  # said where it is loaded
+    info = probe(video)
+    if max(abs((cx + 0.5) / info.width - 0.5), abs((cy + 0.5) / info.height - 0.5)) > OFF_MIDDLE:
+        raise InputError(
+            f"{path}: matrix has its principal point at ({cx:g}, {cy:g}), far from the middle of pictures of "
+            f"{info.width} x {info.height} px as {video} has, expected size_px = [width, height] of the pictures it is "
+            f"of (about [{2 * cx + 1:.0f}, {2 * cy + 1:.0f}], if they are whole), or one of this size"
+        )
 
 
 def _scaled(path: Path | str, known: dict[str, Any], size: tuple[int, int], video: Path) -> tuple[dict[str, Any], str]:
