@@ -76,7 +76,7 @@ def test_same_bytes_for_any_number_of_threads() -> None:
 def test_online_it_is_the_mixture() -> None:
     recording, sightings = played(pt.ArmScene(duration_s=4.0), 2)
     method = pt.Smooth()
-    names = ("arm_length_sd_m", "forearm_sd_rad", "shoulder_sd_m", "shoulder_density")
+    names = ("arm_length_sd_m", "forearm_sd_rad", "shoulder_motion_sd_m", "shoulder_density")
     alike = {name: getattr(method, name) for name in names}
     whole = pt.track(recording, pt.Mixture(**alike), sightings=sightings)
     tracker = pt.Tracker(recording, method)
@@ -138,7 +138,7 @@ def test_where_it_finds_no_trajectory_the_filters_estimates_stay_and_say_so(monk
 @pytest.mark.parametrize(
     "values",
     [
-        {"bias": False}, {"tilt_start_sd_rad": 0.0}, {"shoulder_sd_m": 0.0}, {"shoulder": False},
+        {"bias": False}, {"tilt_start_sd_rad": 0.0}, {"shoulder_motion_sd_m": 0.0}, {"shoulder": False},
         {"patch_offset": False}, {"clock_sd_s": 0.0}, {"components": 1}, {"bias_density": 0.0, "tilt_density": 0.0},
     ],
     ids=str,

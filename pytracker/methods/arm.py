@@ -193,8 +193,8 @@ class Mixture(ArmMethod):
         tilt_start_sd_rad: error of the orientation, rad per axis.
         tilt_density: how fast it wanders, rad/√s, drawn back so that its spread stays `tilt_start_sd_rad`.
         shoulder: whether the shoulder may move.
-        shoulder_sd_m: how far, m per axis.
-        shoulder_density: how fast, m/√s, drawn back so that its spread stays `shoulder_sd_m`.
+        shoulder_motion_sd_m: how far, m per axis.
+        shoulder_density: how fast, m/√s, drawn back so that its spread stays `shoulder_motion_sd_m`.
         clock_sd_s: by how much the clocks of camera and IMU differ, s.
         landmark_sd_m: how far what is seen of shoulder or elbow lies from the joint, m per axis: a patch on the skin, a
             detector's idea of it.
@@ -219,7 +219,7 @@ class Mixture(ArmMethod):
     tilt_start_sd_rad: float = 0.017
     tilt_density: float = 0.003
     shoulder: bool = True
-    shoulder_sd_m: float = 0.022
+    shoulder_motion_sd_m: float = 0.022
     shoulder_density: float = 0.025
     clock_sd_s: float = 0.05
     landmark_sd_m: float = 0.03
@@ -254,7 +254,7 @@ class Smooth(Mixture):
 
     arm_length_sd_m: float = 0.02
     forearm_sd_rad: float = 0.08
-    shoulder_sd_m: float = 0.03
+    shoulder_motion_sd_m: float = 0.03
     shoulder_density: float = 0.045
     upper_arm_sd_m: float = 0.012
     forearm_sd_m: float = 0.01

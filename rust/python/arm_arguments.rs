@@ -107,7 +107,7 @@ struct MixtureArgument {
     tilt_start_sd_rad: f64,
     tilt_density: f64,
     shoulder: bool,
-    shoulder_sd_m: f64,
+    shoulder_motion_sd_m: f64,
     shoulder_density: f64,
     clock_sd_s: f64,
     landmark_sd_m: f64,
@@ -155,7 +155,7 @@ impl MixtureArgument {
         let unknown = GaussMarkov { start_sd: 0.0, density: 0.0 };
         noise.bias = noise.bias.or(Some(unknown));
         noise.tilt = Some(GaussMarkov { start_sd: self.tilt_start_sd_rad, density: self.tilt_density });
-        let shoulder = GaussMarkov { start_sd: self.shoulder_sd_m, density: self.shoulder_density };
+        let shoulder = GaussMarkov { start_sd: self.shoulder_motion_sd_m, density: self.shoulder_density };
         noise.shoulder = self.shoulder.then_some(shoulder);
         noise.clock = Some(GaussMarkov { start_sd: self.clock_sd_s, density: 0.0 });
         let landmark = GaussMarkov { start_sd: self.landmark_sd_m, density: self.landmark_density };
