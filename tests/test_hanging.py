@@ -13,9 +13,10 @@ from conftest import load_arm
 import pytracker as pt
 from pytracker.evidence import sight
 from pytracker.evidence.camshift import REPEATS, PatchTrack
-from pytracker.evidence.hanging import HANGS, STANDS, without_hanging, without_standing
+from pytracker.evidence.hanging import HANGS, LIES_STILL, without_hanging, without_standing
 from pytracker.formats.video import frames
-from pytracker.rotation import Array
+from pytracker.inertial.gravity import GRAVITY
+from pytracker.rotation import Array, conjugate, rotate
 from pytracker.simulate.arm import ArmSimulation
 
 
@@ -64,12 +65,26 @@ def test_another_thing_of_the_patchs_colour_that_lies_still_is_left_out() -> Non
     imu, pixel = simulation.recording().imus[0], simulation.sightings(0.6)[:, 0]
     assert without_standing(track_of(pixel), imu, 0.0).valid.all()
     found = without_standing(track_of(lying(pixel, 200, 275)), imu, 0.0)
-    left = [k for k, words in enumerate(found.reason) if words == STANDS]
+    left = [k for k, words in enumerate(found.reason) if words == LIES_STILL]
     assert set(range(205, 270)) <= set(left) <= set(range(195, 280))
     # By another clock it is the clock.
     assert without_standing(track_of(lying(pixel, 200, 275)), imu, 4.0).valid.all()
     still = dataclasses.replace(imu, acc=np.tile(imu.acc[:1], (len(imu.acc), 1)))
     assert without_standing(track_of(lying(pixel, 200, 275)), still, 0.0).valid.all()
+
+
+def test_a_patch_that_moves_towards_the_camera_is_believed() -> None:
+    """It stays where it is in the picture, whatever the sensor feels."""
+    simulation = ArmSimulation(pt.ArmScene(duration_s=20.0, worn=True, pattern="gesture", period_s=3.0), 4)
+    recording, pixel = simulation.recording(), simulation.sightings(0.6)[:, 0]
+    imu, still = recording.imus[0], track_of(lying(pixel, 250, 499))
+    ray = recording.views[0].camera.ray(pixel[250])
+    shakes = 2.5 * np.sin(2 * np.pi * 1.2 * imu.time_s)
+    for along, is_believed in ((ray, True), (np.cross(ray, [0.0, 0.0, 1.0]), False)):
+        felt = np.outer(shakes, along) + np.array([0.0, 0.0, GRAVITY])
+        acc = np.where(imu.time_s[:, None] >= 9.6, rotate(conjugate(imu.q_world_segment), felt), imu.acc)
+        track = without_standing(still, dataclasses.replace(imu, acc=np.ascontiguousarray(acc)), 0.0)
+        assert track.valid.all() == is_believed
 
 
 @pytest.mark.parametrize("seed", range(5))

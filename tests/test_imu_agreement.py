@@ -73,6 +73,14 @@ def test_an_orientation_that_turns_by_itself(tmp_path: Path, turned: Callable[[A
     )
 
 
+@pytest.mark.parametrize(("late", "scale"), [(5, 1.0), (0, 1.03), (3, 0.98)])
+def test_an_orientation_that_is_late_turns_with_its_gyroscope(late: int, scale: float, tmp_path: Path) -> None:
+    table = waving(20.0)
+    table[late:, QUATERNION] = table[: len(table) - late, QUATERNION].copy()
+    table[:, GYR] *= scale
+    assert not [words for words in load(write(tmp_path / "imu.csv", table.tolist())).warnings if "does not" in words]
+
+
 def test_bursts_at_an_even_rate_are_put_back(tmp_path: Path) -> None:
     """As by Bluetooth: five samples at once, every twentieth of a second. Times of arrival made 7.2 cm of 1.5."""
     table, k = waving(), np.arange(600)

@@ -357,6 +357,20 @@ def test_metawears_sensors_count_from_their_own_first_sample(tmp_path: Path, lat
     assert log.warnings == ()
 
 
+@pytest.mark.parametrize("day", ["2023-11-14T22:13:{s:06.3f}", "{boot:.0f}", ""])
+def test_a_clock_of_the_day_that_tells_nothing_is_passed_over(tmp_path: Path, day: str) -> None:
+    """Words, or the time since the phone was started in one of the files."""
+    for called, values in (("TotalAcceleration", FORCE), ("Gyroscope", TURN)):
+        rows = []
+        for t, (x, y, z) in zip(TIME_S, values, strict=True):
+            boot = 1e9 * t if called == "Gyroscope" else 1.7e18 + 1e9 * t
+            rows.append(f"{day.format(s=t, boot=boot)},{t:.3f},{z},{y},{x}")
+        (tmp_path / f"{called}.csv").write_text("\n".join(["time,seconds_elapsed,z,y,x", *rows]))
+    log = read_imu(tmp_path)
+    assert log.time_s == pytest.approx(TIME_S, abs=1e-3)
+    assert log.gyr == pytest.approx(TURN, abs=1e-6)
+
+
 def test_metawear_writes_the_sensor_into_a_long_name(tmp_path: Path) -> None:
     start = "epoch (ms),time (01:00),elapsed (s),"
     for called, unit, values, offset in (

@@ -212,6 +212,13 @@ def test_rows_of_a_rate_that_is_no_part_of_the_videos_are_of_the_nearest_frames(
     assert of_times(tmp_path / "k.csv", times, 4 * rate_hz) == (list(range(4 * rate_hz)), ())  # a rate that was typed
 
 
+@pytest.mark.parametrize("typed_hz", [29, 31, 58, 62])
+def test_a_rate_that_was_typed_nearly_right_counts_frames(tmp_path: Path, typed_hz: int) -> None:
+    every = round(60 / typed_hz)
+    there = [k for k in range(0, 140, every) if k % 7]
+    assert of_times(tmp_path / "k.csv", [k / every / typed_hz for k in there], 140) == (there, ())
+
+
 def test_rows_of_frames_that_a_video_lost_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As a phone writes it, converted to a steady rate for the detector: it was another clip's."""
     shown = [k for k in range(100) if k % 10 != 3]

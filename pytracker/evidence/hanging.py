@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from pytracker.evidence.camshift import REPEATS, PatchTrack
 from pytracker.evidence.lag import GRID_S, banded
 from pytracker.recording.recording import Imu
-from pytracker.rotation import rotate
+from pytracker.rotation import Array, rotate
 from pytracker.series import runs
 
-__all__ = ["HANGS", "STANDS", "without_hanging", "without_standing"]
+__all__ = ["HANGS", "LIES_STILL", "without_hanging", "without_standing"]
 
 HANGS = "the picture stands still while the sensor moves"
 SAME_PX = 0.02
@@ -28,11 +28,15 @@ ABOUT_S = 2.0
 MOVES_M, MOVES_M_S2 = 0.02, 0.25
 """A wrist that goes so far meanwhile moves, by its sensor, and is pushed about so (RMS): a hand that trembles stays
 where it is, and of one that came to rest just before only the way from there is left."""
-STANDS = "what is taken for the patch lies still while the sensor moves"
+LIES_STILL = "what is taken for the patch lies still while the sensor moves"
 STANDS_PX, STANDS_S = 3.0, 1.0
 """The centre of what lies still trembles by less, over so long;"""
 STRIDES_M, STRIDES_M_S2 = 0.05, 0.7
 """a wrist that goes so far, and is pushed about so (RMS), does not lie there."""
+CLEARLY = 4.0
+"""By so many times what lies still the patch should have moved."""
+EDGE_S, EDGE_SHARE = 1.0, 0.25
+"""So much of either end of a rest, at the most, is left out."""
 ENDS_S = 0.15
 """When it began and ended is known to this."""
 ELSEWHERE_S, ALIKE = 2.0, 0.4
@@ -56,14 +60,26 @@ def without_hanging(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
 
 def without_standing(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
     """The same, the patch not seen where what was taken for it lies still, while the forearm's sensor moves on."""
-    stands = np.zeros(len(track.time_s), dtype=bool)
-    for first, after in runs(_stays(track)):
+    stays, hidden = _stays(track), np.zeros(len(track.time_s), dtype=bool)
+    moved = []
+    for first, after in runs(stays):
         from_s, to_s = track.time_s[[first, after - 1]] + start_s
         if _moves(imu, from_s + ENDS_S, to_s - ENDS_S, STRIDES_M, STRIDES_M_S2):
-            stands[first:after] = True
-    if not stands.any() or _alike(track, ~_stays(track), imu, start_s) < ALIKE:
+            moved.append((first, after))
+    if not moved:
         return track
-    return _unseen(track, stands, STANDS)
+    alike, expected = _expected(track, ~stays, imu, start_s)
+    for first, after in moved:
+        # What was before and comes after lasts into it.
+        edge = min(
+            round((after - first) * EDGE_SHARE),
+            int(np.searchsorted(track.time_s, track.time_s[first] + EDGE_S)) - first,
+        )
+        within = expected[first + edge : after - edge]
+        # Towards the camera a patch stays where it is.
+        if alike >= ALIKE and np.isfinite(within).all() and np.ptp(within, axis=0).max() > CLEARLY * STANDS_PX:
+            hidden[first:after] = True
+    return _unseen(track, hidden, LIES_STILL) if hidden.any() else track
 
 
 def _stays(track: PatchTrack) -> NDArray[np.bool_]:
@@ -77,22 +93,29 @@ def _stays(track: PatchTrack) -> NDArray[np.bool_]:
     return stays
 
 
-def _alike(track: PatchTrack, moves: NDArray[np.bool_], imu: Imu, start_s: float) -> float:
-    """Share of the patch's way, where it `moves`, that a linear map of the sensor's way explains; 0 of too little."""
-    frame_s = track.time_s + start_s
-    if np.isfinite(track.pixel).all(axis=1).sum() < LEAST_FRAMES:
-        return 0.0
+def _expected(track: PatchTrack, moves: NDArray[np.bool_], imu: Imu, start_s: float) -> tuple[float, Array]:
+    """The patch's way as a linear map of the sensor's has it in every frame `(T, 2)`, px.
+
+    And the share of its way that this explains where the patch `moves`; 0 of too little.
+    """
+    frame_s, nowhere = track.time_s + start_s, np.full((len(track.time_s), 2), np.nan)
+    is_seen = np.isfinite(track.pixel).all(axis=1)
+    if is_seen.sum() < LEAST_FRAMES:
+        return 0.0, nowhere
     camera_s, seen = banded(frame_s, track.pixel)
     imu_s, way = banded(imu.time_s, rotate(imu.q_world_segment, imu.acc), integrations=2)
     grid_s = camera_s + GRID_S * np.arange(len(seen))
     at = np.rint((grid_s - imu_s) / GRID_S).astype(int)
     frame = np.clip(np.searchsorted(frame_s, grid_s), 0, len(frame_s) - 1)
-    used = (at >= 0) & (at < len(way)) & (moves & np.isfinite(track.pixel).all(axis=1))[frame]
+    is_felt = (at >= 0) & (at < len(way))
+    used = is_felt & (moves & is_seen)[frame]
     if used.sum() * GRID_S < ELSEWHERE_S:
-        return 0.0
+        return 0.0, nowhere
     went, seen = way[at[used]], seen[used]
-    left = seen - went @ np.linalg.lstsq(went, seen, rcond=None)[0]
-    return float(1.0 - (left**2).sum() / max((seen**2).sum(), 1e-9))
+    linear = np.linalg.lstsq(went, seen, rcond=None)[0]
+    explained = 1.0 - ((seen - went @ linear) ** 2).sum() / max((seen**2).sum(), 1e-9)
+    expected = np.where(is_felt[:, None], way[np.clip(at, 0, len(way) - 1)] @ linear, np.nan)
+    return float(explained), np.stack([np.interp(frame_s, grid_s, column) for column in expected.T], axis=1)
 
 
 def _moves(imu: Imu, from_s: float, to_s: float, goes_m: float, pushed_m_s2: float) -> bool:

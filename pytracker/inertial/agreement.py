@@ -44,6 +44,8 @@ APART_S, GRID_S = 1.0, 0.05
 """What an orientation turns by without the gyroscope is looked for between means over so long, so far apart, s."""
 APART_RAD = 0.175
 """More is a jump or a disturbance, rad (10°): filters are corrected by less, and their errors change by less."""
+ROUNDS = 6
+"""Of weighing anew what fits."""
 HELD = 0.5
 """An orientation that is the same as before in more of the samples comes more slowly than the turn rate."""
 AXES = "xyz"
@@ -115,30 +117,21 @@ def _check_gyroscope_moves(log: ImuLog) -> None:
 
 def _apart(log: ImuLog) -> list[str]:
     """A warning where the orientation turns by itself for a while: it was reset, disturbed, or settles."""
-    assert log.gyr is not None
     assert log.q_world_sensor is not None
-    interval, q = np.diff(log.time_s)[:, None], log.q_world_sensor
-    if (np.diff(q, axis=0) == 0).all(axis=1).mean() > HELD:
+    if (np.diff(log.q_world_sensor, axis=0) == 0).all(axis=1).mean() > HELD:
         return []
-    steps = rotation_vector_to_quaternion(0.5 * (log.gyr[1:] + log.gyr[:-1]) * interval)
-    own = quaternion_to_rotation_vector(multiply(conjugate(steps), multiply(conjugate(q[:-1]), q[1:])))
-    own -= np.median(own / interval, axis=0) * interval  # the gyroscope's bias
-    # Over a gap nobody knows how the sensor turned.
-    own[interval[:, 0] > TURN_S] = 0.0
-    gone = np.concatenate([np.zeros((1, 3)), np.cumsum(rotate(q[1:], own), axis=0)])
-    grid_s = np.arange(log.time_s[0], log.time_s[-1], GRID_S)
-    way = np.stack([np.interp(grid_s, log.time_s, gone[:, d]) for d in range(3)], axis=1)
+    own, turned = _ways(log)
     many = round(APART_S / GRID_S)
-    if len(way) < 2 * many:
+    if len(own) < 2 * many + 1:
         return []
-    # From the second before to the one after: noise, and an orientation that is late, come back.
-    sums = np.cumsum(np.concatenate([np.zeros((1, 3)), way]), axis=0)
-    means = (sums[many:] - sums[:-many]) / many
-    angle = np.linalg.norm(means[many:] - means[:-many], axis=1)
+    # What it is late by, and the gyroscope's scale, turn it too.
+    late = np.gradient(turned, GRID_S, axis=0)
+    gone, by_late, by_scale = (_from_mean_to_mean(way, many) for way in (own, late, turned))
+    angle = np.linalg.norm(_left(gone, by_late, by_scale), axis=1)
     found = runs(angle > APART_RAD)
     if not found:
         return []
-    at_s = grid_s[many + np.argmax(angle)]
+    at_s = log.time_s[0] + GRID_S * (many + int(np.argmax(angle)))
     line = log.lines[np.searchsorted(log.time_s, at_s)]
     others = f" (and in {len(found) - 1} other places)" if len(found) > 1 else ""
     return [
@@ -146,6 +139,47 @@ def _apart(log: ImuLog) -> list[str]:
         f"gyroscope does not{others}, expected less than {np.degrees(APART_RAD):.0f}°: was its heading reset, or "
         "disturbed by iron, or had it not settled? From then on it is another"
     ]
+
+
+def _ways(log: ImuLog) -> tuple[Float, Float]:
+    """How far the orientation has turned without the gyroscope, and the gyroscope itself, in the world, rad.
+
+    `(G, 3)` each, every `GRID_S`; without the gyroscope's bias.
+    """
+    assert log.gyr is not None
+    assert log.q_world_sensor is not None
+    interval, q = np.diff(log.time_s)[:, None], log.q_world_sensor
+    by_gyroscope = 0.5 * (log.gyr[1:] + log.gyr[:-1]) * interval
+    turn = multiply(conjugate(q[:-1]), q[1:])
+    own = quaternion_to_rotation_vector(multiply(conjugate(rotation_vector_to_quaternion(by_gyroscope)), turn))
+    own -= np.median(own / interval, axis=0) * interval
+    # Over a gap nobody knows how the sensor turned.
+    own[interval[:, 0] > TURN_S] = 0.0
+    grid_s = np.arange(log.time_s[0], log.time_s[-1], GRID_S)
+
+    def way(steps: Float) -> Float:
+        gone = np.concatenate([np.zeros((1, 3)), np.cumsum(rotate(q[1:], steps), axis=0)])
+        return np.stack([np.interp(grid_s, log.time_s, gone[:, d]) for d in range(3)], axis=1)
+
+    return way(own), way(by_gyroscope)
+
+
+def _left(gone: Float, *explained_by: Float) -> Float:
+    """What multiples of the others leave of `gone` `(K, 3)`; rows that these do not explain hardly say how large."""
+    known, weight = np.stack([way.ravel() for way in explained_by], axis=1), np.ones((gone.size, 1))
+    left = gone
+    for _ in range(ROUNDS):
+        factors = np.linalg.lstsq(weight * known, weight[:, 0] * gone.ravel(), rcond=None)[0]
+        left = gone - (known @ factors).reshape(gone.shape)
+        weight = 1.0 / (1.0 + (left.reshape(-1, 1) / max(float(np.median(np.abs(left))), 1e-6)) ** 2)
+    return left
+
+
+def _from_mean_to_mean(way: Float, many: int) -> Float:
+    """The mean of the next so many rows less that of those before `(G - 2 many + 1, 3)`: noise averages out."""
+    sums = np.cumsum(np.concatenate([np.zeros((1, 3)), way]), axis=0)
+    means = (sums[many:] - sums[:-many]) / many
+    return np.asarray(means[many:] - means[:-many])
 
 
 def turns(log: ImuLog, over_s: float, *, path: bool = False) -> tuple[Float, Float, Float, NDArray[np.intp]]:

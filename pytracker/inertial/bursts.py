@@ -25,8 +25,8 @@ MOST_WAIT_S = 1.0
 """No radio waits longer for what it sends at once."""
 PAUSE = 4.0
 """Whoever waits so many times as long pauses."""
-STEPPING, FEW_STEPS = 0.05, 5
-"""Fewer times that repeat, as a share and at least, are rows that were written twice."""
+REPEATING, FEW_STEPS = 0.01, 5
+"""Of a coarse clock so many times repeat, as a share and at least; of a sensor that is awake no more values do."""
 FEW = 20
 """Fewer samples have no rate."""
 
@@ -51,7 +51,7 @@ def evened(log: ImuLog) -> ImuLog:
     if (interval < 0).any():
         return log
     if not comes_in_bursts(log):
-        return _stepping(log, interval) if (interval == 0).any() else log
+        return _stepping(_once(log)) if (interval == 0).any() else log
     if counts_seconds(log.time_s):
         time_s, kept, words = in_seconds(log.time_s)
         return dataclasses.replace(log, time_s=time_s, warnings=(*log.warnings, f"{log.path}: {words}")).kept(kept)
@@ -75,20 +75,24 @@ def evened(log: ImuLog) -> ImuLog:
     )
 
 
-def _stepping(log: ImuLog, interval: Array) -> ImuLog:
-    """Of times that now and then repeat: a row written twice is left out; a coarse clock's steps are put even."""
-    again = np.append(False, interval == 0)
-    if again.sum() < FEW_STEPS or again.mean() < STEPPING:
-        said = [values for values in (log.acc, log.gyr, log.q_world_sensor) if values is not None]
-        same = np.all([(values[1:] == values[:-1]).all(axis=1) for values in said], axis=0)
-        again[1:] &= same
-        if not again.any() or same.mean() > STEPPING:
-            return log
-        words = (
-            f"{log.path}:{log.lines[np.argmax(again)]}: {int(again.sum())} rows are written twice: each is taken once"
-        )
-        return dataclasses.replace(log, warnings=(*log.warnings, words)).kept(~again)
-    step_s = float(np.median(interval[interval > 0])) if (interval > 0).any() else 0.0
+def _once(log: ImuLog) -> ImuLog:
+    """The log without rows that were written twice, and a word on them; all of it where values often repeat."""
+    said = [values for values in (log.acc, log.gyr, log.q_world_sensor) if values is not None]
+    same = np.all([(values[1:] == values[:-1]).all(axis=1) for values in said], axis=0)
+    again = np.append(False, same & (np.diff(log.time_s) == 0))
+    if not again.any() or (same & ~again[1:]).mean() > REPEATING:
+        return log
+    words = f"{log.path}:{log.lines[np.argmax(again)]}: {int(again.sum())} rows are written twice: each is taken once"
+    return dataclasses.replace(log, warnings=(*log.warnings, words)).kept(~again)
+
+
+def _stepping(log: ImuLog) -> ImuLog:
+    """The log with times of a coarse clock, of which some are the same, put even, and a word on it."""
+    interval = np.diff(log.time_s)
+    repeated = interval == 0
+    if repeated.sum() < FEW_STEPS or repeated.mean() < REPEATING or not (interval > 0).any():
+        return log
+    step_s = float(np.median(interval[interval > 0]))
     even = _evenly(log.time_s, step_s)
     if even is None or not (np.diff(even) > 0).all():
         return log

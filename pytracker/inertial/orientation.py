@@ -20,7 +20,7 @@ MOST_STEPS = 4
 """Steps of VQF for every sample, at the most."""
 BRIDGED_S = 1.0
 """Nobody knows how a sensor turned in a longer gap."""
-SILENT_S = 2.0
+SILENT_S = 0.5
 """A magnetic field is interpolated over no longer pauses: magnetometers are slow, and an arm turns."""
 BIASED = 0.05
 """A gyroscope at rest that reads more is worth a word, rad/s."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pytracker.formats.container import AviFrames, frames_of_avi
 from pytracker.formats.keypoints.read import Keypoints
+from pytracker.formats.matroska import is_matroska
 from pytracker.formats.video import VideoInfo
 from pytracker.formats.video_times import frame_times
 from pytracker.rotation import Array
@@ -20,8 +21,8 @@ Numbers = NDArray[np.int64]
 
 IRREGULAR = 0.3
 """Times that lie farther beside whole frames, as a share of one, are of no steady rate."""
-WHOLE = 0.02
-"""A row every so many frames is every whole number of them, to this share."""
+TYPED = 0.05
+"""A row every so many frames is every whole number of them, to this share: its rate was typed, or the video's was."""
 MOSTLY, BESIDE = 0.75, 0.6
 """So many rows must be of a frame each, beside it by no more than so much of the usual distance of frames."""
 NOWHERE = -1
@@ -44,12 +45,13 @@ def frames_in(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
 def _by_times(
     path: Path, keypoints: Keypoints, time_s: Array, video: Path, info: VideoInfo
 ) -> tuple[Numbers, tuple[str, ...]]:
-    times = frame_times(video) if info.frame_count and video.is_file() else _ideal(time_s, info)
-    by_rate = _of_rate(time_s, info)
-    if by_rate is not None and _is_even(times):
+    there, by_rate = bool(info.frame_count) and video.is_file(), _of_rate(time_s, info)
+    # Matroska's rate is a word, its frames' times are their own.
+    if by_rate is not None and not (there and is_matroska(video)):
         return by_rate, keypoints.warnings
     if len(keypoints.frames) == info.frame_count:
         return keypoints.frames, ()
+    times = frame_times(video) if there else _ideal(time_s, info)
     nearest = _nearest(time_s, times)
     if nearest is not None:
         return nearest, keypoints.warnings
@@ -65,12 +67,6 @@ def _by_times(
         f"{info.rate_hz:g} Hz: its rows are counted as frames instead"
     )
     return keypoints.frames, (*keypoints.warnings, words)
-
-
-def _is_even(times: Array) -> bool:
-    """Whether a video's frames follow each other at a steady rate: else its rate is a word."""
-    steady = np.linspace(times[0], times[-1], len(times))
-    return bool(np.abs(times - steady).max() < 0.5 * (times[-1] - times[0]) / max(len(times) - 1, 1))
 
 
 def _ideal(time_s: Array, info: VideoInfo) -> Array:
@@ -91,13 +87,16 @@ def _of_rate(time_s: Array, info: VideoInfo) -> Numbers | None:
         return None
     ratio, last = interval_s * info.rate_hz, float(counts[-1])
     every = max(1, round(ratio))
-    if abs(ratio - every) > WHOLE * every or (info.frame_count and every * last > info.frame_count):
-        # Another rate that is true, or one that somebody typed: whichever ends with the video.
-        if not info.frame_count or abs(last * ratio + 1 - info.frame_count) < abs(last + 1 - info.frame_count):
-            return None
-        every = 1
-    fits = not info.frame_count or every * last <= info.frame_count
-    return np.asarray(every * counts, dtype=np.int64) if fits else None
+    if not info.frame_count:
+        return np.asarray(every * counts, dtype=np.int64) if abs(ratio - every) <= TYPED * every else None
+    fitting = [step for step in dict.fromkeys((every, 1)) if step * last <= info.frame_count]
+    if every in fitting and abs(ratio - every) <= TYPED * every:
+        return np.asarray(every * counts, dtype=np.int64)
+    # Another rate that is true, or one that somebody typed: whichever ends with the video.
+    step = min(fitting, key=lambda step: abs(step * last + 1 - info.frame_count), default=ratio)
+    if abs(ratio * last + 1 - info.frame_count) < abs(step * last + 1 - info.frame_count):
+        return None
+    return np.asarray(step * counts, dtype=np.int64) if fitting else None
 
 
 def _nearest(time_s: Array, times: Array) -> Numbers | None:

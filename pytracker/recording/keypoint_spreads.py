@@ -7,6 +7,7 @@ to frame: their second difference, whose spread is the square root of 6 times th
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,12 @@ WORST_SHARE = 0.05
 """Where too few points are there to tell, a spread of this share of the person's height in the picture."""
 ANYWHERE_SHARE = 0.08
 """Points that are spread by more of it are guesses: those of detectors are spread by 0.003 to 0.01."""
+TIMES = 5.0
+"""They are spread by so many times what the surest are,"""
+BENT = 1.5
+"""and each lies somewhere else: a fast hand, seen ten times a second, bends by less."""
+FEW_JOINTS = 4
+"""Of fewer nobody knows how large a person is."""
 EDGES = (0.0, 0.3, 0.5, 0.7, 0.9, np.inf)
 """Confidences between which points are taken to be alike."""
 ENOUGH = 30
@@ -42,10 +49,15 @@ def without_guesses(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[
 
     Some detectors write a place for whatever they did not see.
     """
-    spread, of = _spreads(keypoints)
-    height = _height_px(keypoints.points)
-    spread[int(of[np.isfinite(keypoints.points[..., 0])].max(initial=0))] = 0.0  # there are no better ones
-    is_guess = (spread > ANYWHERE_SHARE * height)[of] & np.isfinite(keypoints.points[..., 0])
+    size, of = _size_px(keypoints.points), _class_of(keypoints)
+    spread, bent = (np.array(row) for row in zip(*_by_class(keypoints), strict=True))
+    told = np.flatnonzero(np.isfinite(spread))
+    if not len(told) or not size > 0:
+        return keypoints, ()
+    surest = int(told[-1])
+    guessed = (spread > max(ANYWHERE_SHARE * size, TIMES * spread[surest])) & (bent > BENT)
+    guessed[surest:] = False  # there are no better ones
+    is_guess = guessed[of] & np.isfinite(keypoints.points[..., 0])
     if not is_guess.any():
         return keypoints, ()
     points = np.where(is_guess[..., None], np.nan, keypoints.points)
@@ -53,35 +65,65 @@ def without_guesses(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[
     jump = f"{float(spread[of[is_guess]].max()):.0f} px about their places"
     words = (
         f"{path}: {int(is_guess.sum())} points of a confidence of at most {least:g} lie anywhere (they jump by {jump}, "
-        f"of a person {height:.0f} px tall): left out, as not seen"
+        f"of a person {size:.0f} px large): left out, as not seen"
     )
     return dataclasses.replace(keypoints, points=points), (words,)
 
 
 def _spreads(keypoints: Keypoints) -> tuple[Array, NDArray[np.intp]]:
     """Standard deviation of each class of confidence, px, and the class of every point `(T, P, 9)`."""
-    confidence = keypoints.points[..., 2]
     worst = max(LEAST_PX, WORST_SHARE * _height_px(keypoints.points))
     known, spread = 0.0, np.full(len(EDGES) - 1, np.nan)
-    # From the surest on, beside none that is less sure: what is less sure is no better.
-    for k in reversed(range(len(EDGES) - 1)):
-        jumps = _jumps(keypoints, least=EDGES[k])[confidence <= EDGES[k + 1]]
-        inside = jumps[np.isfinite(jumps)]
-        if len(inside) >= ENOUGH:
-            known = max(known, LEAST_PX, float(SD_OF_MEDIAN * np.median(inside) / np.sqrt(6.0)))
+    # From the surest on: what is less sure is no better.
+    for k, (found, _) in reversed(list(enumerate(_by_class(keypoints)))):
+        known = max(known, LEAST_PX, found) if np.isfinite(found) else known
         spread[k] = known or worst
-    return spread, np.clip(np.searchsorted(EDGES, confidence, side="left") - 1, 0, len(EDGES) - 2)
+    return spread, _class_of(keypoints)
 
 
-def _jumps(keypoints: Keypoints, least: float) -> Array:
-    """Size along an axis of second differences over frames, px `(T, P, 9)`, of points surer than `least`; else NaN."""
+def _class_of(keypoints: Keypoints) -> NDArray[np.intp]:
+    return np.clip(np.searchsorted(EDGES, keypoints.points[..., 2], side="left") - 1, 0, len(EDGES) - 2)
+
+
+def _by_class(keypoints: Keypoints) -> list[tuple[float, float]]:
+    """Of every class, beside points that are no less sure: the spread, px, and by how much it bends; NaN of few.
+
+    Bends are the square of second differences, of that of first ones: 3 where every place is found anew, little where
+    something moves on.
+    """
+    found = []
+    for least, most in itertools.pairwise(EDGES):
+        once, twice = _differences(keypoints, least)
+        inside = np.isfinite(twice) & (keypoints.points[..., 2] <= most)
+        if inside.sum() < ENOUGH:
+            found.append((np.nan, np.nan))
+            continue
+        sizes = [float(np.median(differences[inside])) for differences in (once, twice)]
+        found.append((SD_OF_MEDIAN * sizes[1] / np.sqrt(6.0), (sizes[1] / max(sizes[0], 1e-9)) ** 2))
+    return found
+
+
+def _differences(keypoints: Keypoints, least: float) -> tuple[Array, Array]:
+    """Sizes along an axis of first and second differences over frames, px `(T, P, 9)` each; NaN where unknown.
+
+    Only points that are surer than `least` are there.
+    """
     uv, frames = np.where(keypoints.points[..., 2:] > least, keypoints.points[..., :2], np.nan), keypoints.frames
-    jumps = np.full(uv.shape[:3], np.nan)
+    once, twice = np.full(uv.shape[:3], np.nan), np.full(uv.shape[:3], np.nan)
     if len(frames) >= 3:
-        second = uv[2:] - 2.0 * uv[1:-1] + uv[:-2]
+        apart = np.diff(uv, axis=0)
+        second = np.diff(apart, axis=0)
         second[(frames[2:] - frames[:-2]) != 2] = np.nan
-        jumps[1:-1] = np.abs(second).mean(axis=-1)
-    return jumps
+        twice[1:-1] = np.abs(second).mean(axis=-1)
+        once[1:-1] = 0.5 * (np.abs(apart[1:]) + np.abs(apart[:-1])).mean(axis=-1)
+    return once, twice
+
+
+def _size_px(points: Array) -> float:
+    """How large what is seen is, px, in height or width: the median over frames; 0 where few joints are seen."""
+    seen = [row for row in points.reshape(len(points), -1, 3) if np.isfinite(row[:, 0]).sum() >= FEW_JOINTS]
+    sizes = [float(np.ptp(row[np.isfinite(row[:, 0]), :2], axis=0).max()) for row in seen]
+    return float(np.median(sizes)) if sizes else 0.0
 
 
 def _height_px(points: Array) -> float:

@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
+from pytracker.evidence.camshift import PatchTrack
 from pytracker.evidence.clocks import find_clock
+from pytracker.evidence.hanging import LIES_STILL, without_standing
 from pytracker.evidence.lag import GRID_S, banded, find_lags
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.toml_file import faults_of, read_toml
@@ -23,6 +25,7 @@ from pytracker.recording.load import load
 from pytracker.recording.recording import Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import SCHEMA
 from pytracker.rotation import Array, rotate, triple
+from pytracker.series import runs
 from pytracker.setup.check_body import check_body
 from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_up, check_video, follow
 from pytracker.setup.check_imu import check_imu, check_others
@@ -135,6 +138,9 @@ def _arm(draft: Draft) -> Looked:
     if clocks is not None and is_another(*clocks):
         return [*found, Finding("rates of video and IMU", "wrong", words_of(*clocks))], None, box
     lags = find_lags(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration)
+    if lags:
+        standing, sightings = _without_standing(sightings, log, lags[0].offset_s)
+        found += standing
     if lacks or check_pose(draft).verdict != "right":
         found.append(check_clock(lags, offset_s))
         best_s = lags[0].offset_s if lags else None
@@ -151,6 +157,26 @@ def _acceleration(log: ImuLog) -> Array:
     assert log.acc is not None
     assert log.q_world_sensor is not None
     return np.asarray(rotate(log.q_world_sensor, log.acc) - np.array([0.0, 0.0, GRAVITY]))
+
+
+def _without_standing(sightings: Sightings, log: ImuLog, offset_s: float) -> tuple[list[Finding], Sightings]:
+    """The same without what lies still while the sensor, by a clock so much later, moves; a line where it does."""
+    assert log.acc is not None
+    assert log.q_world_sensor is not None
+    imu = Imu(time_s=log.time_s + offset_s, acc=log.acc, q_world_segment=log.q_world_sensor)
+    pixels = sightings.pixels[:, 0]
+    whole = PatchTrack(sightings.time_s, pixels, sightings.valid, sightings.reasons)
+    lies = np.array([words == LIES_STILL for words in without_standing(whole, imu, 0.0).reason])
+    if not lies.any():
+        return [], sightings
+    first, after = max(runs(lies), key=lambda run: run[1] - run[0])
+    words = (
+        f"in {int(lies.sum())} of {len(lies)} frames, longest from {sightings.time_s[first]:.2f} to "
+        f"{sightings.time_s[after - 1]:.2f} s, {LIES_STILL}: does another thing of its colour lie there? "
+        "They are left out"
+    )
+    rest = Sightings.of(sightings.time_s, np.where(lies[:, None], np.nan, pixels))
+    return [Finding("patch, where it rests", "doubtful", words)], rest
 
 
 def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding], Worn | None]:

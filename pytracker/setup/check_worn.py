@@ -12,7 +12,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
 from pytracker.setup.findings import Finding
-from pytracker.setup.worn import CLEAR, KIND, STANDS, Worn, find_worn, is_same, lags_of, mount_of, weighed
+from pytracker.setup.worn import CLEAR, GIVEN_STAYS, KIND, Worn, find_worn, is_same, lags_of, mount_of, weighed
 
 __all__ = ["check_clock", "check_worn", "given_axis"]
 
@@ -67,9 +67,9 @@ def check_worn(
     best = max((*found, *same_axis), key=lambda one: one.log_evidence)
     aligned = max(same_axis, key=lambda one: one.log_evidence, default=best)
     # What is given stands unless something else is better, the mount before clock and heading.
-    if stays.log_evidence > best.log_evidence - STANDS:
+    if stays.log_evidence > best.log_evidence - GIVEN_STAYS:
         chosen, rivals = stays, tuple[Worn, ...]()
-    elif aligned.log_evidence > best.log_evidence - STANDS:
+    elif aligned.log_evidence > best.log_evidence - GIVEN_STAYS:
         # One that nobody gave is no better than any other.
         chosen, rivals = aligned, same_axis if has[2] else (*same_axis, *found)
     else:

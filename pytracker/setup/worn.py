@@ -33,7 +33,7 @@ from pytracker.rotation import (
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
-__all__ = ["CLEAR", "KIND", "STANDS", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "weighed"]
+__all__ = ["CLEAR", "GIVEN_STAYS", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "weighed"]
 
 HELD = Ekf(
     corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05
@@ -59,7 +59,7 @@ MOST_FRAMES = 750
 CLEAR = 25.0
 """Log evidence by which the best must be better than any of another kind: lengths that are 8 % off and a shoulder that
 moves make a hand behind the back explain a reaching one better than the truth, by up to 20."""
-STANDS = 15.0
+GIVEN_STAYS = 15.0
 """Log evidence by which it must be better than what is given."""
 SAME = (0.08, np.radians(12.0), np.radians(20.0))
 """Clocks, headings and axes that are nearer are the same;"""

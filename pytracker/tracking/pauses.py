@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.evidence.hanging import HANGS, STANDS
+from pytracker.evidence.hanging import HANGS, LIES_STILL
 from pytracker.series import runs
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track, where_of
@@ -15,7 +15,7 @@ PAUSE_S = 0.5
 """Cameras in dim light take fewer frames; none waits so long."""
 TIMES_USUAL = 5.0
 """Nor so many times as long as usually."""
-RESTS = {HANGS: "did camera or recorder hang", STANDS: "does another thing of its colour lie there"}
+RESTS = {HANGS: "did camera or recorder hang", LIES_STILL: "does another thing of its colour lie there"}
 """Why a patch that rests is not believed, and what is asked."""
 
 

@@ -32,16 +32,19 @@ BEHIND = {
     "deg/s": "deg/s", "rads": "rad/s", "radps": "rad/s", "rps": "rad/s", "rad/s": "rad/s", "mdps": "mdps",
 }  # fmt: skip
 """Units that stand behind an axis: `gx_dps`."""
+THOUSANDTHS = ("mg", "milli-g", "millig", "mdps")
 NAMED_UNITS = {"millis": "ms", "micros": "us"}
 SENSORS = {
     "acc": re.compile(r"(?:a|acc|accel|acceleration|accelerometer|arss)([xyz])(?:axis)?"),
     "gyr": re.compile(
         r"(?:g|w|as|gyr|gyro|gyroscope|(?:field)?angularvelocity|angularrate|rotationrate|wrss)([xyz])(?:axis)?"
     ),
-    "mag": re.compile(r"(?:m|h|mag|magn|magnetometer|magneticfield)([xyz])(?:axis)?"),
+    "mag": re.compile(r"(?:m|mag|magn|magnetometer|magneticfield)([xyz])(?:axis)?"),
 }
-"""Such as `ax`, `gx`; WitMotion's `AsX`, `HX`; EuRoC's `a_RS_S_x`, `w_RS_S_x`; ROS' `angular_velocity.x`; `x-axis` of a
+"""Such as `ax`, `gx`; WitMotion's `AsX`; EuRoC's `a_RS_S_x`, `w_RS_S_x`; ROS' `angular_velocity.x`; `x-axis` of a
 sensor's own file."""
+FIELD, FIELD_UNITS = re.compile(r"h([xyz])"), ("ut", "µt", "μt", "mg", "gauss", "nt")
+"""A magnetic field's strength, as WitMotion calls it, where the unit says so: `Hz` is something else."""
 OF_ROS = re.compile(r"(?:field\.)?linear_acceleration\.([xyz])")
 """With gravity in it. Written otherwise, linear acceleration is that without."""
 G_FORCE = re.compile(r"gf(?:orce)?([xyz])")
@@ -134,6 +137,8 @@ def known_as(header: str) -> Column | None:
         return Column(f"acc_{force[1]}", GRAVITY, has_unit=True)
     if of_ros := OF_ROS.fullmatch(words):
         return _in_unit("acc", f"acc_{of_ros[1]}", unit)
+    if (field := FIELD.fullmatch(base)) and unit in FIELD_UNITS:
+        return Column(f"mag_{field[1]}", 1.0)
     for sensor, pattern in SENSORS.items():
         if match := pattern.fullmatch(base):
             return _in_unit(sensor, f"{sensor}_{match[1]}", unit)
@@ -141,13 +146,16 @@ def known_as(header: str) -> Column | None:
 
 
 def unit_in(header: str, ours: str) -> Column:
-    """A column that is said to be `ours`, in the unit that its name says, in brackets or at its end."""
+    """A column that is said to be `ours`, in the unit that its name says where no key of a recording can say it.
+
+    Those are times, and thousandths: g and degrees are `acc_unit` and `gyr_unit`.
+    """
     quantity, words = ours.split("_", maxsplit=1)[0], header.lower().strip('"# ')
-    found = UNIT.search(words)
-    last = re.split(r"[\s,_]+", UNIT.sub("", words))[-1]
-    unit = (found[1] if found else last).strip().replace(" ", "")
-    unit = BEHIND.get(unit, unit) if quantity != "time" else unit
-    return (unit and _in_unit(quantity, ours, unit)) or Column(ours, 1.0)
+    found = UNIT.findall(words)
+    unit = (found[-1] if found else re.split(r"[\s,_]+", words)[-1]).strip().replace(" ", "")
+    if quantity == "time" or unit in THOUSANDTHS:
+        return _in_unit(quantity, ours, BEHIND.get(unit, unit)) or Column(ours, 1.0)
+    return Column(ours, 1.0, has_unit=True)
 
 
 def _in_unit(quantity: str, name: str, unit: str) -> Column | None:

@@ -19,7 +19,7 @@ from pytracker.formats.imu.core_motion import read_motion
 from pytracker.formats.imu.names import known_as
 from pytracker.formats.imu.stream import Stream
 from pytracker.formats.imu.table import Header, header_of
-from pytracker.formats.text import Table, parse_table, read_lines
+from pytracker.formats.text import Table, cells_of, parse_table, read_lines
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 
@@ -165,7 +165,7 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Stre
     assert time_s is not None
     assert values is not None
     time_s *= factors["time_s"] or unit_of(time_s[:, 0])[1]
-    began_s = _began_s(table, time_s[:, 0]) if EPOCH in names else np.nan
+    began_s = _began_s(table, time_s[:, 0], factors[EPOCH]) if EPOCH in names else np.nan
     if (back := np.flatnonzero(~(np.diff(time_s[:, 0]) >= 0))).size:
         line = int(table.lines[back[0] + 1])
         raise InputError(f"{path}:{line}: time goes back to {time_s[back[0] + 1, 0]} s, expected increasing times")
@@ -177,11 +177,17 @@ def _found(files: dict[str, Path], called: tuple[str, ...], sensor: str) -> Stre
     return Stream(path, table.lines[has], time_s[has, 0], values, began_s)
 
 
-def _began_s(table: Table, elapsed_s: Float) -> float:
-    """When a clock that counts from the start began, by the one of the day beside it, s."""
+def _began_s(table: Table, elapsed_s: Float, unit_s: float) -> float:
+    """When a clock that counts from the start began, by the one of the day beside it, s; `unit_s` is 0 if not said."""
     epoch = table.columns(EPOCH)
     assert epoch is not None
-    return float(np.median(epoch[:, 0] * unit_of(epoch[:, 0])[1] - elapsed_s))
+    return float(np.median(epoch[:, 0] * (unit_s or unit_of(epoch[:, 0])[1]) - elapsed_s))
+
+
+def _is_number(header: Header, column: int) -> bool:
+    """Whether the first row has one there: a clock of the day may be words."""
+    first = cells_of(header.lines[header.first], header.delimiter) if header.first < len(header.lines) else []
+    return column < len(first) and re.fullmatch(r"\s*[\d.]+\s*", first[column]) is not None
 
 
 def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
@@ -192,8 +198,9 @@ def _named(header: Header, sensor: str) -> tuple[list[str], dict[str, float]]:
     names, factors = list(header.names), {}
     for k in sorted(range(len(names)), key=lambda k: "elapsed" not in header.names[k]):
         column = known_as(header.names[k]) or known_as(f"{sensor} {header.names[k]}")
-        if column is not None and column.name == "time_s" and "time_s" in factors and EPOCH not in names:
-            names[k] = EPOCH
+        is_second = column is not None and column.name == "time_s" and "time_s" in factors and EPOCH not in names
+        if column is not None and is_second and _is_number(header, k):
+            names[k], factors[EPOCH] = EPOCH, column.factor if column.has_unit else 0.0
         if column is not None and column.name not in factors:
             is_told = column.has_unit or column.name != "time_s"
             names[k], factors[column.name] = column.name, column.factor if is_told else 0.0

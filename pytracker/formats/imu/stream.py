@@ -14,6 +14,8 @@ Float = NDArray[np.float64]
 
 APART_S = 0.01
 """Clocks that begin no farther apart are one: that of the day is in milliseconds, of when samples arrived."""
+FAR_S = 60.0
+"""Those that begin farther apart are different clocks, such as one of the day and one of the phone's start."""
 LONG_GAP, LONG_GAP_S = 10.0, 0.2
 """A sensor that is silent for so many of its usual intervals, and so long, has lost samples: nothing is between."""
 
@@ -39,7 +41,7 @@ class Stream:
     def beside(self, other: Stream) -> Stream:
         """The same, by the clock of the other: MetaWear counts each sensor's times from its own first sample."""
         later_s = self.began_s - other.began_s
-        return replace(self, time_s=self.time_s + later_s) if abs(later_s) > APART_S else self
+        return replace(self, time_s=self.time_s + later_s) if APART_S < abs(later_s) < FAR_S else self
 
     def at(self, time_s: Float) -> Float:
         """Between its samples `(T, K)`."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.imu.clock import seconds
-from pytracker.formats.imu.counter import counter_in, missing_words, steps_of
+from pytracker.formats.imu.counter import as_counted, counter_in, steps_of
 from pytracker.formats.imu.dates import as_seconds
 from pytracker.formats.imu.names import Column, devices_of_shimmer, known_as, of_shimmer, unit_in
 from pytracker.formats.text import cells_of, delimited, parse_table
@@ -118,9 +118,9 @@ def read(
     time_s, odd = seconds(table, clock, rate_hz)
     counting = counter_in(names)
     steps = None if counting is None else steps_of(lines, table.lines, header.delimiter, counting)
-    if steps is not None and (skips := missing_words(steps, time_s, table.lines)):
-        time_s = time_s[0] + np.append(0.0, np.cumsum(steps)) * float(np.median(np.diff(time_s)))
-        odd = (*odd, f"{path}: {skips}: it is believed")
+    if steps is not None:
+        time_s, skips = as_counted(steps, time_s, scaled(*GYR), table.lines)
+        odd = (*odd, f"{path}: {skips}") if skips else odd
     strange = [name for name in names if name not in OURS and TURN_LIKE.match(name)]
     if strange and GYR[0] not in names:
         words = f"{path}: columns {', '.join(strange)[:200]} look like a turn rate and are not read"

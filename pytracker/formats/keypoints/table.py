@@ -19,12 +19,15 @@ from pytracker.rotation import Array
 
 __all__ = ["from_columns", "numbers_in", "person_in", "read_table", "read_trc_keypoints", "rows_below", "split"]
 
+PAIRS = (("x_px", "y_px"), ("x", "y"), ("u_px", "v_px"), ("u", "v"))
+"""What the two axes are called, those first that say most."""
+CONFIDENCES = (
+    *("confidence", "conf", "likelihood", "score", "visibility", "v", "prob", "probability", "presence", "c", "p"),
+)
+"""What says how sure a point is, that first which says most."""
 PLACES = (
     re.compile(r"(?P<axis>x|y|visibility)_(?P<joint>.+)"),
-    re.compile(
-        r"(?P<joint>.+)[ _.](?P<axis>[xyuv]|confidence|conf|likelihood|score|visibility|presence|prob(ability)?|c|p)"
-        r"([ _]?[(\[]?(px|pixels?)[)\]]?)?"
-    ),
+    re.compile(rf"(?P<joint>.+)[ _.](?P<axis>[xyuv]|{'|'.join(CONFIDENCES)})(?P<px>[ _]?[(\[]?(px|pixels?)[)\]]?)?"),
 )
 """What names a joint and its axis, or how sure it is."""
 LEAST_PX = 20.0
@@ -35,7 +38,7 @@ def read_table(path: Path) -> Keypoints:
     """A CSV. Raises `InputError`."""
     lines = with_commas(read_lines(path))
     header = split(lines[0])
-    named = [(k, *parts) for k, cell in enumerate(header) if (parts := _column(cell)) is not None]
+    named = _named(header)
     joints = sorted({joint for _, joint, _ in named if all((joint, axis) in {n[1:] for n in named} for axis in "xy")})
     if not set(joints) & set(KEYPOINTS):
         raise InputError(f"{path}:1: header names no joint, expected such as left_wrist_x and left_wrist_y")
@@ -66,15 +69,27 @@ def read_trc_keypoints(path: Path) -> Keypoints:
     return dataclasses.replace(from_columns(path, table, columns, joints, is_share=False), time_s=time_s)
 
 
-def _column(cell: str) -> tuple[str, str] | None:
-    """Joint and axis that a column's name means."""
-    words = cell.lower()
-    for pattern in PLACES:
-        match = pattern.fullmatch(words)
-        if match:
-            axis = {"u": "x", "v": "y"}.get(match["axis"], match["axis"])
-            return name_of(match["joint"]), axis if axis in "xy" else "confidence"
-    return None
+def _named(header: Sequence[str]) -> list[tuple[int, str, str]]:
+    """Number, joint and axis (x, y, confidence) of the columns that name one, each axis of a joint once.
+
+    Of several the surest by its name: pixels before what says no unit, x and y before u and v.
+    """
+    found: dict[str, dict[str, list[int]]] = {}
+    for k, cell in enumerate(header):
+        match = next((match for pattern in PLACES if (match := pattern.fullmatch(cell.lower()))), None)
+        if match is not None:
+            said = match["axis"] + ("_px" if match.groupdict().get("px") else "")
+            found.setdefault(name_of(match["joint"]), {}).setdefault(said, []).append(k)
+    named = []
+    for joint, columns in found.items():
+        # Beside x and y, v is a visibility.
+        sides = next((pair for pair in PAIRS if set(pair) <= set(columns)), None)
+        for axis, side in zip("xy", sides or (), strict=False):
+            named.append((columns[side][0], joint, axis))
+        sure = next((name for name in CONFIDENCES if name in columns and name not in (sides or ())), None)
+        if sure is not None:
+            named.append((columns[sure][0], joint, "confidence"))
+    return sorted(named)
 
 
 def with_commas(lines: list[str]) -> list[str]:
