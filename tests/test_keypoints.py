@@ -238,6 +238,22 @@ def test_faith_in_a_confidence_is_not_asked_for() -> None:
     assert np.allclose(with_spreads(sure)[..., 2], 5.0, rtol=0.15)
 
 
+@pytest.mark.parametrize(("count", "model"), [(17, "coco_17"), (136, "halpe_136"), (135, "body_135")])
+@pytest.mark.parametrize("layout", ["list", "instance_info", "people"])
+def test_a_folder_of_a_file_a_frame(tmp_path: Path, count: int, model: str, layout: str) -> None:
+    wrist = MODELS[model].index("left_wrist")
+    for frame in range(3):
+        points = [[10.0 + k, 20.0 + k + frame] for k in range(count)]
+        if layout == "people":
+            data: Any = {"people": [{"pose_keypoints_2d": [x for point in points for x in (*point, 0.9)]}]}
+        else:
+            people = [{"keypoints": points, "keypoint_scores": [0.9] * count}]
+            data = people if layout == "list" else {"meta_info": {}, "instance_info": people}
+        (tmp_path / f"{frame:05d}.json").write_text(json.dumps(data), "utf-8")
+    found = read_keypoints(tmp_path).points[:, 0, KEYPOINTS.index("left_wrist")]
+    assert found.tolist() == [[10 + wrist, 20 + wrist + frame, 0.9] for frame in range(3)]
+
+
 def test_places_of_what_was_not_seen_are_left_out(tmp_path: Path) -> None:
     """As DeepLabCut writes them: a right track was valid in 6 % of the frames, its points called somebody else's."""
     rng = np.random.default_rng(3)

@@ -1,4 +1,4 @@
-"""Keypoints as JSON: a folder of OpenPose's with a file a frame, or one file of COCO's, AlphaPose's or MMPose's."""
+"""Keypoints as JSON: a folder with a file a frame (OpenPose, MMPose), or one file (COCO, AlphaPose, MMPose)."""
 
 from __future__ import annotations
 
@@ -21,6 +21,8 @@ __all__ = ["read_folder", "read_json"]
 MOST_PEOPLE = 64
 """More people in a frame are noise."""
 MOST_FRAMES = 10_000_000
+INSTANCES = ("instance_info", "instances")
+"""Under which MMPose lists the people of a frame."""
 
 
 def _parsed(path: Path) -> Any:
@@ -41,14 +43,21 @@ def read_folder(path: Path, model: str) -> Keypoints:
             raise InputError(f"{file}: its name has no frame number, expected such as frame_000000000012.json")
         if frame in rows:
             raise InputError(f"{file}: is a second file of frame {frame}, expected one a frame: is it another clip's?")
-        data = _parsed(file)
-        people = data.get("people") if isinstance(data, dict) else None
-        if not isinstance(people, list):
-            raise InputError(f"{file}: has no list of people, expected OpenPose's JSON")
+        rows[frame] = _people_of(file, _parsed(file))
+    return _ordered(path, rows, model)
+
+
+def _people_of(file: Path, data: Any) -> list[Array]:
+    """Everybody in a file of one frame, OpenPose's or MMPose's. Raises `InputError`."""
+    people = data.get("people") if isinstance(data, dict) else None
+    if isinstance(people, list):
         found = [person.get("pose_keypoints_2d") for person in people if isinstance(person, dict)]
         # Of whom only hands or a face were found.
-        rows[frame] = [_flat(file, person) for person in found if person != []]
-    return _ordered(path, rows, model)
+        return [_flat(file, person) for person in found if person != []]
+    instances = next((data[key] for key in INSTANCES if key in data), None) if isinstance(data, dict) else data
+    if not isinstance(instances, list):
+        raise InputError(f"{file}: has no list of people, expected OpenPose's JSON, or MMPose's of one frame")
+    return _instances(file, {"instances": instances})
 
 
 def read_json(path: Path, model: str) -> Keypoints:
@@ -83,10 +92,7 @@ def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:
     """Frames with instances; what is said about them may name their joints in order."""
     rows: dict[int, list[Array]] = {}
     for k, frame in enumerate(frames):
-        found = [
-            _flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
-            for one in _records(path, frame, "instances")
-        ]
+        found = _instances(path, frame)
         number = _whole(path, frame.get("frame_id", k))
         if number in rows:
             raise InputError(f"{path}: frame {number} is there twice, expected each once: is one of another clip?")
@@ -95,6 +101,14 @@ def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:
     if not isinstance(named, dict) or not all(str(k).isdigit() for k in named):
         return _ordered(path, rows, model)
     return _ordered(path, rows, model, _names([named[k] for k in sorted(named, key=int)], model))
+
+
+def _instances(path: Path, frame: Any) -> list[Array]:
+    """Everybody in one of MMPose's frames. Raises `InputError`."""
+    return [
+        _flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
+        for one in _records(path, frame, "instances")
+    ]
 
 
 def _names(said: Any, model: str) -> tuple[str, ...]:

@@ -27,15 +27,20 @@ RIGHT_LEG, LEFT_LEG = (tuple(f"{side}_{j}" for j in ("hip", "knee", "ankle")) fo
 FEET = tuple(f"{side}_{toe}" for side in ("left", "right") for toe in ("big_toe", "small_toe", "heel"))
 OPENPOSE_FACE = ("right_eye", "left_eye", "right_ear", "left_ear")
 
+OTHERS = tuple(f"other_{k}" for k in range(110))
+"""Of faces and hands."""
+HALPE = (*COCO, "head_top", "neck", "hip", *_pairs("big_toe", "small_toe", "heel"))
+BODY_25B = (*COCO, "neck", "head_top", *FEET)
+
 MODELS: dict[str, tuple[str, ...]] = {
     "coco_17": COCO,
-    "halpe_26": (
-        *COCO, "head_top", "neck", "hip", *_pairs("big_toe", "small_toe", "heel"),
-    ),
+    "halpe_26": HALPE,
+    "halpe_136": (*HALPE, *OTHERS),
     "body_25": ("nose", "neck", *RIGHT_ARM, *LEFT_ARM, "hip", *RIGHT_LEG, *LEFT_LEG, *OPENPOSE_FACE, *FEET),
-    "body_25b": (*COCO, "neck", "head_top", *FEET),
+    "body_25b": BODY_25B,
+    "body_135": (*BODY_25B, *OTHERS),
     "coco_18": ("nose", "neck", *RIGHT_ARM, *LEFT_ARM, *RIGHT_LEG, *LEFT_LEG, *OPENPOSE_FACE),
-    "coco_133": (*COCO, *FEET, *(f"other_{k}" for k in range(110))),
+    "coco_133": (*COCO, *FEET, *OTHERS),
     "blazepose_33": (
         "nose", *(f"{side}_eye{part}" for side in ("left", "right") for part in ("_inner", "", "_outer")),
         *_pairs("ear", "mouth", "shoulder", "elbow", "wrist", "pinky", "index", "thumb", "hip", "knee", "ankle", "heel",
