@@ -13,42 +13,22 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats.hdf5 import opened
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import Array
 
-__all__ = ["is_hdf5", "read_apdm"]
+__all__ = ["read_apdm"]
 
 SIDES = {"l": "left", "r": "right"}
 """What a letter of its own stands for in a label."""
-HEAD = b"\x89HDF\r\n\x1a\n"
 WORN = {"forearm": ("forearm", "wrist", "lower arm"), "upper_arm": ("upper arm",)}
 """What APDM calls where a sensor is worn, in small letters, after the side."""
-UNREADABLE = (OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError)
-"""What h5py raises for bytes, groups and types that are not as they should be."""
-
-
-def is_hdf5(path: Path) -> bool:
-    """Whether it begins as such files do."""
-    try:
-        with path.open("rb") as file:
-            return file.read(len(HEAD)) == HEAD
-    except OSError:
-        return False
 
 
 def read_apdm(path: Path, segment: str) -> ImuLog:
     """The sensor that is worn on `segment`, or the only one. Raises `InputError`."""
-    try:
-        import h5py  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise InputError(f"{path}: reading HDF5 needs h5py: pip install h5py") from None
-    try:
-        with h5py.File(path, "r") as file:
-            return _read(path, file, segment)
-    except InputError:
-        raise
-    except UNREADABLE as error:
-        raise InputError(f"{path}: is no file of APDM's that can be read: {str(error)[:200]}") from None
+    with opened(path, "file of APDM's") as file:
+        return _read(path, file, segment)
 
 
 def _read(path: Path, file: Any, segment: str) -> ImuLog:

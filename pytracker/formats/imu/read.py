@@ -21,8 +21,9 @@ from pathlib import Path
 from typing import Literal, get_args
 
 from pytracker._core import InputError
+from pytracker.formats.hdf5 import is_hdf5
 from pytracker.formats.imu import mt9_log, mt_manager, table
-from pytracker.formats.imu.apdm import is_hdf5, read_apdm
+from pytracker.formats.imu.apdm import read_apdm
 from pytracker.formats.imu.core_motion import is_motion, read_motion
 from pytracker.formats.imu.mvnx import is_mvnx, read_mvnx
 from pytracker.formats.imu.phone import files_of_phone, read_phone

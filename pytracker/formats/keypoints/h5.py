@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats.hdf5 import opened
 from pytracker.formats.keypoints.deeplabcut import of_deeplabcut
 from pytracker.formats.keypoints.log import Keypoints
 from pytracker.rotation import Array
@@ -22,11 +23,6 @@ __all__ = ["read_h5"]
 
 USUAL = "df_with_missing"
 """What DeepLabCut calls the table."""
-UNREADABLE = (
-    *(OSError, KeyError, ValueError, TypeError, RuntimeError, AttributeError, IndexError, EOFError),
-    *(MemoryError, OverflowError, pickle.UnpicklingError),
-)
-"""What h5py and pickle raise for bytes, groups and types that are not as they should be."""
 MOST_ROWS = 10_000_000
 """Days of frames; more is a broken file."""
 
@@ -40,17 +36,8 @@ class _Words(pickle.Unpickler):
 
 def read_h5(path: Path) -> Keypoints:
     """The keypoints of everybody. Raises `InputError`."""
-    try:
-        import h5py  # noqa: PLC0415 - an extra
-    except ImportError:
-        raise InputError(f"{path}: reading HDF5 needs h5py: pip install h5py") from None
-    try:
-        with h5py.File(path, "r") as file:
-            levels, table, index = _table(path, file)
-    except InputError:
-        raise
-    except UNREADABLE as error:
-        raise InputError(f"{path}: is no table of DeepLabCut's that can be read: {str(error)[:200]}") from None
+    with opened(path, "table of DeepLabCut's") as file:
+        levels, table, index = _table(path, file)
     return of_deeplabcut(path, levels, table, index)
 
 
