@@ -263,8 +263,9 @@ def _whole(folder: Path) -> tuple[Track | None, list[Finding]]:
     found += [Finding("the track", verdict, words) for words in not_valid]
     found += [Finding("the track", "doubtful", words) for words in result.doubts]
     if not (not_valid or result.doubts):
-        share = float(result.valid.mean())
-        found.append(Finding("the track", "right", f"{share:.0%} of {len(result.valid)} frames are valid"))
+        words = f"{float(result.valid.mean()):.0%} of {len(result.valid)} frames are valid"
+        words += ", if what is doubtful above is as it is given" if recording.warnings else ""
+        found.append(Finding("the track", "right", words))
     return result, found
 
 
