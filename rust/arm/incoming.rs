@@ -157,10 +157,10 @@ mod tests {
     fn turning(change: impl Fn(Vector3<f64>) -> Vector3<f64>) -> Incoming {
         let (mut incoming, mut world_sensor) = (Incoming::new(), Quaternion::identity());
         for k in 0..400 {
-            let time_s = 0.01 * k as f64;
+            let time_s = 0.01 * f64::from(k);
             let rate = Vector3::new(2.0 * (3.0 * time_s).cos(), 1.5 * (2.0 * time_s).sin(), 0.3);
             world_sensor = world_sensor * Quaternion::from_rotation_vector(0.01 * rate);
-            let acceleration = Vector3::new(1e-3 * (k % 3) as f64, 0.0, GRAVITY);
+            let acceleration = Vector3::new(1e-3 * f64::from(k % 3), 0.0, GRAVITY);
             incoming.take(&Sample { time_s, acceleration, world_sensor, turn_rate: Some(change(rate)) });
         }
         incoming
@@ -180,7 +180,7 @@ mod tests {
         let mut incoming = after(1.0, GRAVITY);
         let stuck = incoming.last.unwrap();
         for k in 0..40 {
-            incoming.take(&Sample { time_s: 1.0 + 0.01 * k as f64, ..stuck });
+            incoming.take(&Sample { time_s: 1.0 + 0.01 * f64::from(k), ..stuck });
         }
         assert_eq!(incoming.doubt(true), Some(STUCK));
     }
