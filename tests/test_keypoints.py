@@ -254,6 +254,21 @@ def test_a_folder_of_a_file_a_frame(tmp_path: Path, count: int, model: str, layo
     assert found.tolist() == [[10 + wrist, 20 + wrist + frame, 0.9] for frame in range(3)]
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_columns_that_number_the_joints_of_a_model(first: int, tmp_path: Path) -> None:
+    header = ",".join(f"x{k},y{k},z{k},v{k}" for k in range(first, first + 33))
+    rows = [",".join(f"{0.01 * k + 0.001 * row:.3f},0.5,-0.1,0.9" for k in range(33)) for row in range(3)]
+    (tmp_path / "k.csv").write_text("\n".join([header, *rows]) + "\n", "utf-8")
+    found = read_keypoints(tmp_path / "k.csv")
+    wrist = MODELS["blazepose_33"].index("left_wrist")
+    expected = [[0.01 * wrist + 0.001 * row, 0.5, 0.9] for row in range(3)]
+    assert found.points[:, 0, KEYPOINTS.index("left_wrist")] == pytest.approx(np.array(expected))
+    assert found.is_share
+    (tmp_path / "k.csv").write_text("x0,y0,x1,y1\n1,2,3,4\n", "utf-8")
+    with pytest.raises(pt.InputError, match="header names no joint"):
+        read_keypoints(tmp_path / "k.csv")
+
+
 def test_places_of_what_was_not_seen_are_left_out(tmp_path: Path) -> None:
     """As DeepLabCut writes them: a right track was valid in 6 % of the frames, its points called somebody else's."""
     rng = np.random.default_rng(3)

@@ -11,7 +11,7 @@ import numpy as np
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints.log import Keypoints, are_shares, in_range, ours, require_seen
-from pytracker.formats.keypoints.models import name_of
+from pytracker.formats.keypoints.models import MODELS, name_of
 from pytracker.formats.keypoints.rows import rows_of
 from pytracker.formats.text import cells_of, delimited, number, read_lines
 from pytracker.formats.trc import read_trc_pixels
@@ -30,6 +30,8 @@ PLACES = (
     re.compile(rf"(?P<joint>.+)[ _.](?P<axis>[xyuv]|{'|'.join(CONFIDENCES)})(?P<px>[ _]?[(\[]?(px|pixels?)[)\]]?)?"),
 )
 """What names a joint and its axis, or how sure it is."""
+NUMBERED = re.compile(r"(x|y|z|v|visibility|c|conf|confidence|score)[_ ]?(\d+)")
+"""A joint by its number in a model's order, and its axis."""
 LEAST_PX = 20.0
 """A person whose points all lie nearer to the corner is in metres."""
 
@@ -38,7 +40,7 @@ def read_table(path: Path) -> Keypoints:
     """A CSV. Raises `InputError`."""
     lines = with_commas(read_lines(path))
     header = split(lines[0])
-    named = _named(header)
+    named = _named(header) or _numbered(header)
     joints = sorted({joint for _, joint, _ in named if all((joint, axis) in {n[1:] for n in named} for axis in "xy")})
     if not set(joints) & set(KEYPOINTS):
         raise InputError(f"{path}:1: header names no joint, expected such as left_wrist_x and left_wrist_y")
@@ -90,6 +92,21 @@ def _named(header: Sequence[str]) -> list[tuple[int, str, str]]:
         if sure is not None:
             named.append((columns[sure][0], joint, "confidence"))
     return sorted(named)
+
+
+def _numbered(header: Sequence[str]) -> list[tuple[int, str, str]]:
+    """The same of columns such as `x0, y0, z0, v0, x1, ...`, where so many are of one model; else none."""
+    found = {match.groups(): k for k, cell in enumerate(header) if (match := NUMBERED.fullmatch(cell.lower()))}
+    numbers = sorted({int(number) for _, number in found})
+    fitting = [order for order in MODELS.values() if len(order) == len(numbers)]
+    if len(fitting) != 1 or numbers != list(range(numbers[0], numbers[0] + len(numbers))):
+        return []
+    names = [name_of(name) for name in fitting[0]]
+    return sorted(
+        (k, names[int(number) - numbers[0]], axis if axis in "xy" else "confidence")
+        for (axis, number), k in found.items()
+        if axis != "z"
+    )
 
 
 def with_commas(lines: list[str]) -> list[str]:
