@@ -64,7 +64,7 @@ impl Turns {
         let elapsed_s = sample.time_s - last.time_s;
         let (Some(before), Some(now)) = (last.turn_rate, sample.turn_rate) else { return };
         if !(0.0..LONGEST_S).contains(&elapsed_s) {
-            self.began = None;
+            (self.began, self.turned) = (None, Vector3::zeros());
             return;
         }
         let began = self.began.get_or_insert(*last);
@@ -173,6 +173,17 @@ mod tests {
         assert_eq!(turning(|rate| rate * 57.3).doubt(true), Some(TURNS_OTHERWISE));
         assert_eq!(turning(|rate| -rate).doubt(true), Some(TURNS_OTHERWISE));
         assert_eq!(turning(|rate| rate.yzx()).doubt(true), Some(TURNS_OTHERWISE));
+    }
+
+    #[test]
+    fn a_turn_that_a_gap_cuts_short_is_forgotten() {
+        let mut incoming = turning(|rate| rate);
+        let last = incoming.last.unwrap();
+        let turn_rate = Some(Vector3::new(30.0, 0.0, 0.0));
+        incoming.take(&Sample { time_s: last.time_s + 0.05, turn_rate, ..last });
+        incoming.take(&Sample { time_s: last.time_s + 1.0, turn_rate, ..last });
+        assert_eq!(incoming.turns.began, None);
+        assert_eq!(incoming.turns.turned, Vector3::zeros());
     }
 
     #[test]

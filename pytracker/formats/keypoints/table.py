@@ -21,9 +21,19 @@ __all__ = ["from_columns", "numbers_in", "person_in", "read_table", "read_trc_ke
 
 PAIRS = (("x_px", "y_px"), ("x", "y"), ("u_px", "v_px"), ("u", "v"))
 """What the two axes are called, those first that say most."""
-CONFIDENCES = (
-    *("confidence", "conf", "likelihood", "score", "visibility", "v", "prob", "probability", "presence", "c", "p"),
-)
+CONFIDENCES = [
+    "confidence",
+    "conf",
+    "likelihood",
+    "score",
+    "visibility",
+    "v",
+    "prob",
+    "probability",
+    "presence",
+    "c",
+    "p",
+]
 """What says how sure a point is, that first which says most."""
 PLACES = (
     re.compile(r"(?P<axis>x|y|visibility)_(?P<joint>.+)"),
