@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import cv2
@@ -16,8 +17,8 @@ from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video import Image
 from pytracker.formats.video_write import VideoWriter
 from pytracker.report.board import write_board
-from pytracker.rotation import Array
-from pytracker.setup.calibrate import calibrate_camera, find_pose
+from pytracker.rotation import Array, rotate, rotation_vector_to_quaternion, triple
+from pytracker.setup.calibrate import calibrate_camera, find_pose, pose_by_level
 
 SIZE = (640, 480)
 MATRIX = np.array([[610.0, 0.0, 325.0], [0.0, 612.0, 236.0], [0.0, 0.0, 1.0]])
@@ -134,3 +135,69 @@ def test_from_a_board_and_points_to_a_file_that_init_takes(tmp_path: Path) -> No
     whole = out.read_text()
     assert "is one of them mistaken?" in str(run.invoke(app, ["calibrate", "pose", str(points), str(out)]).exception)
     assert out.read_text() == whole
+
+
+@pytest.mark.parametrize(("down_deg", "roll_deg"), [(0.0, 0.0), (25.0, -4.0), (-10.0, 90.0)])
+def test_tape_and_level_tell_where_a_camera_stands(down_deg: float, roll_deg: float) -> None:
+    camera = pt.Camera(matrix=((500.0, 0.0, 319.5), (0.0, 500.0, 239.5), (0.0, 0.0, 1.0)), distortion=(0.1, 0, 0, 0, 0))
+    pose = pose_by_level(camera, np.array([200.0, 150.0]), 2.4, down_deg, roll_deg)
+    assert np.linalg.det(pose.rotation) == pytest.approx(1.0)
+    rows = (triple(pose.rotation[0]), triple(pose.rotation[1]), triple(pose.rotation[2]))
+    stands = dataclasses.replace(camera, rotation=rows, translation_m=triple(pose.translation_m))
+    assert stands.project(np.zeros((1, 3)))[0] == pytest.approx([200.0, 150.0], abs=0.01)
+    assert np.linalg.norm(stands.position_m) == pytest.approx(2.4)
+    ahead, right, up = pose.rotation[2], np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    assert ahead == pytest.approx([0.0, np.cos(np.radians(down_deg)), -np.sin(np.radians(down_deg))])
+    # A camera that is turned clockwise sees the upright lean to the left.
+    u, v = (pose.rotation @ (up - ahead * (up @ ahead)))[:2]
+    assert np.degrees(np.arctan2(-u, -v)) == pytest.approx(roll_deg)
+    assert (pose.rotation @ right)[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_an_arm_is_followed_whose_camera_stands_by_tape_and_level(tmp_path: Path) -> None:
+    run, truth, out = CliRunner(), tmp_path / "simulated", tmp_path / "camera.toml"
+    pt.simulate_arm(truth, pt.ArmScene(worn=True, pattern="gesture", period_s=2.0), 8)
+    known = parse_toml(truth / "recording.toml")
+    (camera,), arm = known["camera"], known["arm"]
+    rotation, shoulder = np.array(camera["rotation"]), np.array(arm["shoulder_m"])
+    seen = rotation @ shoulder + np.array(camera["translation_m"])
+    u, v = (np.array(camera["matrix"]) @ seen / seen[2])[:2]
+    out.write_text(
+        f"matrix = {camera['matrix']}\nupper_arm_m = {arm['upper_arm_m']}\nforearm_m = {arm['forearm_m']}\n"
+        f"patch_box = {camera['patch_box']}\n"
+    )
+    # As well as one reads a level, a tape and a picture.
+    down_deg, distance_m = np.degrees(np.arcsin(-rotation[2, 2])) + 1.5, np.linalg.norm(seen) - 0.04
+    measured = [f"--shoulder={u + 4:.0f},{v - 4:.0f}", f"--distance-m={distance_m}", f"--down-deg={down_deg}"]
+    for _ in range(2):
+        done = run.invoke(app, ["calibrate", "level", str(out), *measured])
+        assert done.exit_code == 0, done.output
+    assert "is at (" in done.output
+    folder = tmp_path / "trial"
+    path = pt.setup.init(folder, video=truth / "video.mp4", imu=truth / "imu.csv", camera=out)
+    # The simulation's heading, beside the camera's, which looks along its world's y axis.
+    pan_deg = np.degrees(np.arctan2(rotation[2, 1], rotation[2, 0]))
+    path.write_text(path.read_text().replace("[[imu]]", f"[[imu]]\nheading_deg = {90.0 - pan_deg}"))
+    recording = pt.load(folder)
+    assert recording.spreads["camera_turn_sd_rad"] == pytest.approx(np.radians(2.0))
+    track = pt.track(recording, pt.Smooth(), 1)
+    real = pt.load(truth).truth
+    assert real is not None
+    turned = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.radians(90.0 - pan_deg)]))
+    wrist = rotate(turned, real.at("wrist", track.time_s) - shoulder)
+    assert np.nanmedian(np.linalg.norm(track.joints["wrist"].mean - wrist, axis=1)) < 0.06
+    assert track.valid.mean() > 0.9
+
+
+@pytest.mark.parametrize(
+    ("matrix", "shoulder", "words"),
+    [
+        ("[[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]", "312", "--shoulder is '312', expected a pixel"),
+        ("[[0.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]", "3,4", "camera.toml: "),
+        ("7", "3,4", "camera.toml: "),
+    ],
+)
+def test_what_tape_and_level_lack_is_said(tmp_path: Path, matrix: str, shoulder: str, words: str) -> None:
+    (known := tmp_path / "camera.toml").write_text(f"matrix = {matrix}\n")
+    measured = ["--shoulder", shoulder, "--distance-m", "2", "--down-deg", "10"]
+    assert words in str(CliRunner().invoke(app, ["calibrate", "level", str(known), *measured]).exception)

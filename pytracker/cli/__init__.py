@@ -7,7 +7,7 @@
 | `parameters` | what `--help` says of them |
 | `tracking` | `demo`, `track`, `report`, `evaluate`, `inspect` |
 | `setting_up` | `init`, `keypoints`, `check` |
-| `calibrating` | `board`, `calibrate camera`, `calibrate pose`, `calibrate export` |
+| `calibrating` | `board`, `calibrate camera`, `calibrate pose`, `calibrate level`, `calibrate export` |
 | `studies` | `study`, `reproduce` |
 | `recordings` | `simulate`, `frame` |
 | `terminal` | progress bars and tables |

@@ -1,4 +1,4 @@
-"""Commands about cameras: `board`, `calibrate camera`, `calibrate pose`, `calibrate export`."""
+"""Commands about cameras: `board`, `calibrate camera`, `calibrate pose`, `calibrate level`, `calibrate export`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pytracker.formats.calibration_write import calibration_text, with_pose
 from pytracker.formats.points import read_points
 from pytracker.formats.toml_file import parse_toml
 from pytracker.output import write_whole
-from pytracker.setup.calibrate import Intrinsics, calibrate_camera, find_pose
+from pytracker.setup.calibrate import Intrinsics, calibrate_camera, find_pose, pose_by_level
 
 __all__ = ["commands"]
 
@@ -32,6 +32,8 @@ Dictionary = Annotated[str, typer.Option(help="Of a ChArUco board's markers, as 
 Inverted = Annotated[bool, typer.Option("--inverted", help="A board that is white on black.")]
 SquareMm = Annotated[float, typer.Option("--square-mm", help="Side of a square as measured, mm.")]
 FEW_PX = 3.0
+BY_LEVEL = {"rotation_sd_deg": 2.0, "distance_sd_m": 0.05, "shoulder_sd_m": 0.05}
+"""How well a telephone's level and a tape tell where a camera stands, and a picture where a shoulder's joint is."""
 POSE_KEYS = ("rotation", "translation_m")
 CAMERA_KEYS = ("matrix", "distortion", *POSE_KEYS)
 
@@ -114,12 +116,9 @@ def pose(
     quiet: Quiet = False,
 ) -> None:
     """Where the camera stands, from four or more points of the world that it sees; into the TOML file."""
-    data = parse_toml(known)
-    if "matrix" not in data:
-        raise pt.InputError(f"{known}: has no matrix, expected one: pytracker calibrate camera")
-    matrix, distortion = np.array(data["matrix"], dtype=float), np.array(data.get("distortion", [0.0] * 5), dtype=float)
+    given = _intrinsics(known)
     world, pixels = read_points(points)
-    found = find_pose(matrix, distortion, world, pixels)
+    found = find_pose(np.array(given.matrix), np.array(given.distortion), world, pixels)
     at = -found.rotation.T @ found.translation_m
     say(f"the camera is at ({at[0]:.3f}, {at[1]:.3f}, {at[2]:.3f}) m; points fit to {found.rms_px:.2f} px", quiet)
     if found.rms_px > FEW_PX:
@@ -128,6 +127,54 @@ def pose(
         )
     write_whole(known, with_pose(known, found.rotation, found.translation_m))
     print(f"wrote rotation and translation_m into {known}")
+
+
+@calibrate.command("level")
+def level(
+    known: Annotated[Path, typer.Argument(help="TOML with matrix and distortion; the pose is added.")],
+    shoulder: Annotated[str, typer.Option(help="The shoulder's joint in the first frame, px.", metavar="U,V")],
+    distance_m: Annotated[float, typer.Option("--distance-m", help="From the lens to that shoulder, m.", min=0.2)],
+    down_deg: Annotated[
+        float, typer.Option("--down-deg", help="By how much the camera looks down, °.", min=-80, max=80)
+    ],
+    roll_deg: Annotated[
+        float, typer.Option("--roll-deg", help="By how much it is turned clockwise, °.", min=-180, max=180)
+    ] = 0.0,
+    quiet: Quiet = False,
+) -> None:
+    """Where the camera stands, by tape and level, from the shoulder: no place of the room need be measured."""
+    given = _intrinsics(known)
+    found = pose_by_level(given, _pixel(shoulder), distance_m, down_deg, roll_deg)
+    at = -found.rotation.T @ found.translation_m
+    say(
+        f"the camera is at ({at[0]:.3f}, {at[1]:.3f}, {at[2]:.3f}) m from the shoulder: x to its right, y the way it "
+        "looks, z up",
+        quiet,
+    )
+    text = with_pose(known, found.rotation, found.translation_m, shoulder_m=[0.0, 0.0, 0.0], **BY_LEVEL)
+    write_whole(known, text)
+    print(f"wrote rotation, translation_m, shoulder_m and how well they are known into {known}")
+
+
+def _intrinsics(known: Path) -> pt.Camera:
+    """A camera whose pose is not known yet."""
+    data = parse_toml(known)
+    if "matrix" not in data:
+        raise pt.InputError(f"{known}: has no matrix, expected one: pytracker calibrate camera")
+    camera = pt.Camera(**{key: data[key] for key in ("matrix", "distortion") if key in data})
+    try:
+        check_camera(camera)
+    except (pt.InputError, TypeError, ValueError) as error:
+        raise pt.InputError(f"{known}: {error}") from None
+    return camera
+
+
+def _pixel(words: str) -> np.ndarray:
+    try:
+        u, v = (float(word) for word in words.split(","))
+    except ValueError:
+        raise pt.InputError(f"--shoulder is {words!r}, expected a pixel such as 312,180: pytracker frame") from None
+    return np.array([u, v])
 
 
 @calibrate.command("export")

@@ -52,11 +52,12 @@ def calibration_text(path: Path, camera: Mapping[str, Any], size_px: tuple[int, 
     return tomlkit.dumps({name: table | {"fisheye": False}})
 
 
-def with_pose(path: Path, rotation: Array, translation_m: Array) -> str:
-    """The TOML file of one of our cameras, with where it stands; all else in it stays as it is."""
+def with_pose(path: Path, rotation: Array, translation_m: Array, **besides: object) -> str:
+    """The TOML file of one of our cameras, with where it stands, and `besides`; all else in it stays as it is."""
     document = tomlkit.parse(path.read_text("utf-8-sig"))
-    document["rotation"] = np.round(rotation, 9).tolist()
-    document["translation_m"] = np.round(translation_m, 6).tolist()
+    found = {"rotation": np.round(rotation, 9).tolist(), "translation_m": np.round(translation_m, 6).tolist()}
+    for key, value in {**found, **besides}.items():
+        document[key] = value
     return tomlkit.dumps(document)
 
 

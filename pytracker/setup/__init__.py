@@ -13,7 +13,7 @@
 | `first_outline` | the same from outline and skin, where there are none |
 | `pose_fit` | how either is fitted |
 | `frame` | one frame with a grid |
-| `calibrate` | a camera from a video of a board; its pose from points |
+| `calibrate` | a camera from a video of a board; its pose from points, or from tape and level |
 | `conventions` | units, quaternion and earth frame, from an IMU's numbers alone |
 | `worn` | clock, heading and the axis along the forearm, from all that is known |
 """

@@ -1,4 +1,4 @@
-"""A camera from a video of a board, and its pose in the world from points with known places.
+"""A camera from a video of a board; its pose in the world from points with known places, or from tape and level.
 
 Intrinsics by Zhang's method as OpenCV has it, with standard deviations from how well every corner fits.
 """
@@ -15,9 +15,10 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.evidence.boards import Board, find_corners
 from pytracker.formats.video import frames, probe
+from pytracker.recording.camera import Camera
 from pytracker.rotation import Array
 
-__all__ = ["Intrinsics", "Pose", "calibrate_camera", "find_pose"]
+__all__ = ["Intrinsics", "Pose", "calibrate_camera", "find_pose", "pose_by_level"]
 
 LOOKED_AT = 250
 """So many frames of a video are looked at, at most."""
@@ -64,7 +65,7 @@ class Pose:
     Attributes:
         rotation: world to camera `(3, 3)`.
         translation_m: `(3,)`, m.
-        rms_px: of the points.
+        rms_px: of the points; 0 without any.
     """
 
     rotation: Array
@@ -182,3 +183,15 @@ def find_pose(matrix: Array, distortion: Array, world_m: Array, pixels: Array) -
     rotation = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
     rms = float(np.sqrt(((again - pixels) ** 2).sum(axis=1).mean()))
     return Pose(rotation=rotation, translation_m=np.asarray(shift, dtype=np.float64).ravel(), rms_px=rms)
+
+
+def pose_by_level(camera: Camera, pixel: Array, distance_m: float, down_deg: float, roll_deg: float) -> Pose:
+    """Where `camera` stands whose lens is `distance_m` from what it sees at `pixel` `(2,)`, the origin of the world.
+
+    It looks down by `down_deg` and is turned clockwise about its axis by `roll_deg`, as the level of a telephone says
+    that is held to it. The world's z axis is up, y the way it looks, x to its right; `camera` has no pose yet.
+    """
+    down, roll = np.radians(down_deg), np.radians(roll_deg)
+    looks = np.array([[1.0, 0.0, 0.0], [0.0, -np.sin(down), -np.cos(down)], [0.0, np.cos(down), -np.sin(down)]])
+    turned = np.array([[np.cos(roll), np.sin(roll), 0.0], [-np.sin(roll), np.cos(roll), 0.0], [0.0, 0.0, 1.0]])
+    return Pose(rotation=turned @ looks, translation_m=camera.ray(pixel) * distance_m, rms_px=0.0)

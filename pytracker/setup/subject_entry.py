@@ -44,7 +44,7 @@ class SubjectEntry(ABC):
         for key, words in (
             (
                 "rotation",
-                "world to camera, three rows: pytracker calibrate pose finds it from points with known places",
+                "world to camera, three rows: pytracker calibrate pose (places in the room) or level (tape) finds it",
             ),
             ("translation_m", "the world's origin in the camera, m: found with it"),
         ):
