@@ -20,6 +20,7 @@ import pytracker
 ROOT = Path(__file__).parents[1]
 PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "CONTRIBUTING.md", "CHANGELOG.md": "CHANGELOG.md"}
 """Pages of the root, and what they are called in the site."""
+LANGUAGES = {".py": "python", ".rs": "rust"}
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
@@ -27,8 +28,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name, called in PAGES.items():
         files.append(File.generated(config, called, content=(ROOT / name).read_text("utf-8")))
     files.append(File.generated(config, "CITATION.cff", content=(ROOT / "CITATION.cff").read_text("utf-8")))
-    for example in sorted((ROOT / "docs" / "examples").glob("*.py")):
-        text = f"# {example.stem}.py\n\n```python\n{example.read_text('utf-8')}```\n"
+    for example in sorted((ROOT / "docs" / "examples").glob("*.*")):
+        language = LANGUAGES[example.suffix]
+        text = f"# {example.name}\n\n```{language}\n{example.read_text('utf-8')}```\n"
         files.append(File.generated(config, f"examples/{example.stem}.md", content=text))
     with tempfile.TemporaryDirectory() as made:
         pdoc.pdoc("pytracker", *packages(), output_directory=Path(made))
@@ -54,4 +56,4 @@ def add(files: Files, config: MkDocsConfig, folder: Path, called: str) -> None:
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Links between root and `docs/`, which lie beside each other here."""
     markdown = re.sub(r"\]\((?:docs|\.\.)/", "](", markdown)
-    return re.sub(r"\]\((examples/\w+)\.py\)", r"](\1.md)", markdown)
+    return re.sub(r"\]\((examples/\w+)\.(?:py|rs)\)", r"](\1.md)", markdown)
