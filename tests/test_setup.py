@@ -403,3 +403,14 @@ def test_a_clock_is_not_told_of_a_patch_that_is_hardly_seen(tmp_path: Path) -> N
     (said,) = (finding for finding in pt.setup.check(folder).findings if finding.what == "clock")
     assert said.verdict == "cannot be told"
     assert not said.writes
+
+
+def test_times_in_whole_seconds_are_looked_at_as_they_are_tracked(simulated: Path, tmp_path: Path) -> None:
+    """Sixty rows a second with one time: its rate was infinite, and nothing was looked at."""
+    rows = rows_of(simulated)
+    rows[:, 0] = np.floor(rows[:, 0])
+    written(rows, tmp_path / "imu.csv")
+    (tmp_path / "recording.toml").write_text('schema = 1\nkind = "arm"\n[[imu]]\nfile = "imu.csv"\n')
+    found = {one.what: one for one in pt.setup.check(tmp_path).findings}
+    assert "at 60 Hz, 0 missing" in found["rate and gaps"].evidence
+    assert found["order of the quaternion"].verdict == "right"

@@ -22,3 +22,28 @@ def test_a_way_to_wear_it_is_not_preferred_for_what_it_leaves_out() -> None:
     assert weighed(recording, sightings, true).log_evidence > late.log_evidence + 100.0
     lags = lags_of(recording, sightings)
     assert abs(lags[0].offset_s) < 0.25
+
+
+def test_frames_without_samples_tell_no_mount_from_another() -> None:
+    """A video that went on 5 s after the sensor had stopped: a right mount was written over by one 74° off (24 cm)."""
+    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern="gesture", period_s=2.0), 3)
+    whole, sightings = simulation.recording(), pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    imu = whole.imus[0]
+    keep = (imu.time_s > 2.0) & (imu.time_s < 15.0)
+    assert imu.gyr is not None
+    short = dataclasses.replace(
+        imu,
+        time_s=imu.time_s[keep],
+        acc=imu.acc[keep],
+        gyr=imu.gyr[keep],
+        q_world_segment=imu.q_world_segment[keep],
+    )
+    cut = dataclasses.replace(whole, imus=(short,))
+    true = Worn(0.0, 0.0, np.array([0.0, 1.0, 0.0]))
+    across = dataclasses.replace(true, axis=np.array([1.0, 0.0, 0.0]))
+    best = weighed(whole, sightings, true).log_evidence
+    # As if all had been seen as most of it was: no frame that nobody could explain counts.
+    assert abs(weighed(cut, sightings, true).log_evidence - best) < 100.0
+    assert weighed(cut, sightings, across).log_evidence < best - 200.0
+    never = dataclasses.replace(true, offset_s=100.0)
+    assert weighed(cut, sightings, never).log_evidence < best - 1000.0

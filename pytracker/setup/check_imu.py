@@ -9,6 +9,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.imu.read import read_imu
+from pytracker.inertial.bursts import evened
 from pytracker.inertial.check import check
 from pytracker.inertial.conventions import Conventions, in_our_terms
 from pytracker.inertial.log import ImuLog
@@ -74,7 +75,7 @@ def check_others(draft: Draft, first: int) -> list[Finding]:
 def _read(draft: Draft, imu: str, file: Path) -> ImuLog | Finding:
     form = draft.get(f"{imu}.format") or "auto"
     try:
-        return read_imu(
+        log = read_imu(
             file,
             orientation_file=draft.file(f"{imu}.orientation_file"),
             form=form,
@@ -82,6 +83,7 @@ def _read(draft: Draft, imu: str, file: Path) -> ImuLog | Finding:
             columns=draft.get(f"{imu}.columns"),
             segment=draft.get(f"{imu}.segment") or f"{draft.get('arm.side') or 'right'}_forearm",
         )
+        return evened(log)
     except (InputError, OSError) as error:
         return Finding("IMU", "wrong", str(error))
 
@@ -94,7 +96,8 @@ def _given(draft: Draft, imu: str) -> Conventions:
 
 def _times(log: ImuLog) -> Finding:
     interval = np.diff(log.time_s)
-    rate, longest = 1.0 / float(np.median(interval)), float(interval.max())
+    # Where most rows repeat a time and could not be put even, there is only their mean.
+    rate, longest = 1.0 / (float(np.median(interval)) or float(interval.mean())), float(interval.max())
     lost = int(np.rint(interval * rate - 1.0).clip(0).sum())
     words = (
         f"{log.path.name}: {len(log.time_s)} samples from {log.time_s[0]:.2f} to {log.time_s[-1]:.2f} s at "

@@ -200,14 +200,18 @@ def _starts(recording: ArmRecording, imu: Imu, sightings: Sightings) -> list[Arr
 def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
     """With its log evidence, of the better of its starts, and of how likely an arm is held, and one wears it, so."""
     sightings = _first(sightings)
+    seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
+    first_s, last_s = recording.imus[0].time_s[[0, -1]] + worn.offset_s
+    is_there = (sightings.time_s >= first_s) & (sightings.time_s <= last_s)
     found = [-np.inf]
     for one in _put_on(recording, worn, sightings):
         track = _held(one, sightings)
         if track is None:
             continue
-        # Frames that see the patch, whether it explains them or has no samples there.
-        evidence = track.log_evidence[np.isfinite(sightings.pixels[:, 0]).all(axis=1)]
-        whole = float(np.maximum(np.nan_to_num(evidence, nan=LEAST_EVIDENCE), LEAST_EVIDENCE).sum())
+        evidence = np.maximum(np.nan_to_num(track.log_evidence, nan=LEAST_EVIDENCE), LEAST_EVIDENCE)
+        # Frames before or after all samples tell no way from another: each counts as the usual one does.
+        usual = float(np.median(evidence[seen & is_there])) if (seen & is_there).any() else LEAST_EVIDENCE
+        whole = float(np.where(is_there, evidence, usual)[seen].sum())
         found.append(whole - 0.5 * ALIKE * (min(0.0, hangs(track) - HANGS) / HANGS_SD) ** 2)
     aslant = np.degrees(np.arccos(min(1.0, float(np.abs(worn.axis).max()))))
     return dataclasses.replace(worn, log_evidence=max(found) - 0.5 * (aslant / ALONG_DEG) ** 2)
