@@ -43,6 +43,8 @@ HEADINGS = np.radians(np.arange(0.0, 360.0, 5.0))
 AXES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 LEAST_EVIDENCE = -30.0
 """A frame counts no worse."""
+COASTS_S = 0.25
+"""So long after the last sample a frame is told as before."""
 HEADINGS_A_LAG = 2
 FINALISTS_AN_AXIS = 2
 FINALISTS = 6
@@ -201,20 +203,28 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
     """With its log evidence, of the better of its starts, and of how likely an arm is held, and one wears it, so."""
     sightings = _first(sightings)
     seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
-    first_s, last_s = recording.imus[0].time_s[[0, -1]] + worn.offset_s
-    is_there = (sightings.time_s >= first_s) & (sightings.time_s <= last_s)
+    first_s, last_s = recording.imus[0].time_s[[0, -1]] + worn.offset_s + np.array([0.0, COASTS_S])
+    is_there = seen & (sightings.time_s >= first_s) & (sightings.time_s <= last_s)
+    # So many frames have no samples by any clock: they tell no way from another. Others are held against this one.
+    beyond = int(seen.sum()) - _most_within(sightings.time_s[seen], last_s - first_s)
     found = [-np.inf]
     for one in _put_on(recording, worn, sightings):
         track = _held(one, sightings)
         if track is None:
             continue
         evidence = np.maximum(np.nan_to_num(track.log_evidence, nan=LEAST_EVIDENCE), LEAST_EVIDENCE)
-        # Frames before or after all samples tell no way from another: each counts as the usual one does.
-        usual = float(np.median(evidence[seen & is_there])) if (seen & is_there).any() else LEAST_EVIDENCE
-        whole = float(np.where(is_there, evidence, usual)[seen].sum())
+        usual = float(np.median(evidence[is_there])) if is_there.any() else LEAST_EVIDENCE
+        outside = np.sort(evidence[seen & ~is_there])
+        outside[:beyond] = usual
+        whole = float(evidence[is_there].sum() + outside.sum())
         found.append(whole - 0.5 * ALIKE * (min(0.0, hangs(track) - HANGS) / HANGS_SD) ** 2)
     aslant = np.degrees(np.arccos(min(1.0, float(np.abs(worn.axis).max()))))
     return dataclasses.replace(worn, log_evidence=max(found) - 0.5 * (aslant / ALONG_DEG) ** 2)
+
+
+def _most_within(time_s: Array, span_s: float) -> int:
+    """How many of times `(T,)`, increasing, some stretch so long has at the most."""
+    return int((np.searchsorted(time_s, time_s + span_s, side="right") - np.arange(len(time_s))).max(initial=0))
 
 
 def _held(recording: ArmRecording, sightings: Sightings) -> ArmTrack | None:
