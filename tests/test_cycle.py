@@ -125,9 +125,14 @@ def test_figures_show_ray_sphere_and_every_layer(circle: Simulated, body: pt.Bod
     assert "not resampled" in hidden
     drawn = snapshots([[cycle, cycle], [cycle, cycle]], ["one", "two"])
     assert drawn.count("frame 20: ESS") == 4
-    of_body = one_cycle(pt.record_cycle(body, pt.Partitioned(particles=40), 3, frame=10))
+    cycle = pt.record_cycle(body, pt.Partitioned(particles=40), 3, frame=10)
+    of_body = one_cycle(cycle)
     for words in ("particles: left wrist", "3d", "depth, towards the camera", "predicted: diffusion of", "right arm"):
         assert words in of_body
+    # A truth of markers may lack head and root.
+    assert cycle.truth_m is not None
+    few = {joint: place for joint, place in cycle.truth_m.items() if joint not in {"head", "root"}}
+    assert "truth" in one_cycle(dataclasses.replace(cycle, truth_m=few))
 
 
 def test_inspect_a_track(simulated: Path, tmp_path: Path) -> None:

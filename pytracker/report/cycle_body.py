@@ -28,7 +28,7 @@ class BodyLook(CycleLook):
 
     def sections(self, cycle: Cycle) -> tuple[Section, ...]:
         """Front and side."""
-        origin = np.array((cycle.truth_m or cycle.estimate_m)["root"])
+        origin = np.array((cycle.truth_m or {}).get("root", cycle.estimate_m["root"]))
         front, side = np.eye(3)[[0, 1]], np.eye(3)[[2, 1]]
         return (
             Section(origin, front, ("front: sideways (cm)", "height (cm)")),
@@ -38,7 +38,8 @@ class BodyLook(CycleLook):
     def background(self, axes: Axes, cycle: Cycle, section: Section, *, with_estimate: bool) -> None:
         """The skeleton, true and estimated."""
         for places, colour, is_shown in ((cycle.truth_m, TRUTH, True), (cycle.estimate_m, ESTIMATE, with_estimate)):
-            for a, b in LIMBS if is_shown and places else ():
+            # A truth may lack some joints.
+            for a, b in (limb for limb in LIMBS if is_shown and places and set(limb) <= places.keys()):
                 axes.plot(*section(np.stack([places[a], places[b]])).T, color=colour, lw=0.8, zorder=1)
 
     def limit(self, axes: Axes, cycle: Cycle, section: Section) -> None:

@@ -78,9 +78,8 @@ class CycleLook(ABC):
         """What does not change, where the joints really were, and where they are estimated."""
         axes.tick_params(labelsize=7)
         self.background(axes, cycle, section, with_estimate=with_estimate)
-        if cycle.truth_m:
-            axes.plot(*section(np.stack([cycle.truth_m[j] for j in self.joints])).T, "o", color=TRUTH, ms=5, zorder=4,
-                      label="truth")  # fmt: skip
+        if known := [cycle.truth_m[joint] for joint in self.joints if joint in (cycle.truth_m or ())]:
+            axes.plot(*section(np.stack(known)).T, "o", color=TRUTH, ms=5, zorder=4, label="truth")
         if with_estimate:
             axes.plot(*section(np.stack([cycle.estimate_m[j] for j in self.joints])).T, "+", color=ESTIMATE, ms=9,
                       mew=1.8, zorder=5, label="estimate (mean)")  # fmt: skip
