@@ -193,6 +193,7 @@ def test_an_arm_is_followed_whose_camera_stands_by_tape_and_level(tmp_path: Path
     ("matrix", "shoulder", "words"),
     [
         ("[[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]", "312", "--shoulder is '312', expected a pixel"),
+        ("[[500.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]", "3,nan", "--shoulder is '3,nan', expected a"),
         ("[[0.0, 0.0, 320.0], [0.0, 500.0, 240.0], [0.0, 0.0, 1.0]]", "3,4", "camera.toml: "),
         ("7", "3,4", "camera.toml: "),
     ],

@@ -171,10 +171,12 @@ def _intrinsics(known: Path) -> pt.Camera:
 
 def _pixel(words: str) -> np.ndarray:
     try:
-        u, v = (float(word) for word in words.split(","))
+        pixel = np.array([float(word) for word in words.split(",")])
     except ValueError:
-        raise pt.InputError(f"--shoulder is {words!r}, expected a pixel such as 312,180: pytracker frame") from None
-    return np.array([u, v])
+        pixel = np.empty(0)
+    if pixel.shape != (2,) or not np.isfinite(pixel).all():
+        raise pt.InputError(f"--shoulder is {words!r}, expected a pixel such as 312,180: pytracker frame")
+    return pixel
 
 
 @calibrate.command("export")

@@ -44,7 +44,7 @@ AXES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 LEAST_EVIDENCE = -30.0
 """A frame counts no worse."""
 COASTS_S = 0.25
-"""So long after the last sample a frame is told as before."""
+"""So long after the last sample the filter coasts: such frames count as those that have samples."""
 HEADINGS_A_LAG = 2
 FINALISTS_AN_AXIS = 2
 FINALISTS = 6
