@@ -15,7 +15,6 @@ from typer.testing import CliRunner
 import pytracker as pt
 from pytracker.cli.entry import app
 from pytracker.evidence import sight
-from pytracker.evidence.coloured import LEAST_AREA_PX, MOST_AREA_SHARE, _largest, find_candidates
 from pytracker.evidence.lag import find_lags
 from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order, in_our_terms
@@ -119,16 +118,6 @@ def test_any_lag_is_found_from_the_movement_alone(offset_s: float, simulated: Pa
     assert never == ()
     unseen = np.full((500, 2), np.nan)
     assert find_lags(np.arange(500) / 25, unseen, imu.time_s, world) == ()
-
-
-def test_the_patch_is_the_coloured_thing_that_moves(simulated: Path) -> None:
-    draft = Draft(simulated)
-    x, y, w, h = draft.get("camera.patch_box")
-    found = find_candidates(simulated / "video.mp4")
-    bx, by, bw, bh = found[0].box
-    assert abs(bx + bw / 2 - x - w / 2) < 6
-    assert abs(by + bh / 2 - y - h / 2) < 6
-    assert np.isfinite(found[0].pixels).all(axis=1).mean() > 0.9
 
 
 @pytest.mark.parametrize("axis", [[0, 1, 0], [0, -1, 0], [1, 0, 0], [0.6, 0, -0.8]])
@@ -356,31 +345,6 @@ def test_a_right_recording_is_right(simulated: Path) -> None:
     assert verdicts["clock"] == verdicts["heading"] == "right"
     assert [finding for finding in found.findings if finding.writes] == []
     assert "Nothing is missing or wrong." in render_check(found)
-
-
-@pytest.mark.parametrize("hue", [0, 10, 60, 170])
-def test_the_largest_piece_is_that_of_the_whole_picture(hue: int) -> None:
-    """Found where there is colour alone: at edges and corners, thin, of several that are as large."""
-    rng = np.random.default_rng(hue)
-    for _ in range(200):
-        hsv = np.zeros((31, 45, 3), np.uint8)
-        for _ in range(rng.integers(1, 5)):
-            (u, v), (w, h) = rng.integers(-3, 40, 2), rng.integers(1, 9, 2)
-            left, top = max(u, 0), max(v, 0)
-            hsv[top : max(v + h, 0), left : max(u + w, 0)] = ((hue + rng.integers(-9, 10)) % 180, 200, 200)
-        far = np.abs((hsv[..., 0].astype(int) - hue + 90) % 180 - 90) > 9
-        mask = np.where(far | (hsv[..., 1] < 90), 0, 255).astype(np.uint8)
-        opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-        _, _, stats, centres = cv2.connectedComponentsWithStats(opened)
-        sizes = stats[1:, cv2.CC_STAT_AREA]
-        found = _largest(hsv, hue)
-        if not sizes.size or not LEAST_AREA_PX <= sizes.max() <= MOST_AREA_SHARE * mask.size:
-            assert found is None
-            continue
-        k = 1 + int(np.argmax(sizes))
-        assert found is not None
-        assert found[:2] == pytest.approx(tuple(centres[k]), abs=1e-9)
-        assert (found[2], *found[3:]) == (sizes.max(), *stats[k, :4])
 
 
 def test_what_cannot_be_tracked_is_not_ready(tmp_path: Path) -> None:

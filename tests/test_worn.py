@@ -5,8 +5,10 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 
 import pytracker as pt
+from pytracker.setup.check_worn import check_worn
 from pytracker.setup.worn import Worn, lags_of, weighed
 from pytracker.simulate.arm import ArmSimulation
 
@@ -47,3 +49,21 @@ def test_frames_without_samples_tell_no_mount_from_another() -> None:
     assert weighed(cut, sightings, across).log_evidence < best - 200.0
     never = dataclasses.replace(true, offset_s=100.0)
     assert weighed(cut, sightings, never).log_evidence < best - 1000.0
+
+
+@pytest.mark.parametrize("pattern", ["gesture", "reach"])
+def test_of_a_mirrored_video_neither_heading_nor_mount_is_written(pattern: str) -> None:
+    """Some mount explains it too: one 69° off was written, 46 cm off and all valid."""
+    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern=pattern, period_s=3.0), 11)
+    recording, pixels = simulation.recording(), simulation.sightings(2.0)
+    mirrored = np.stack([639.0 - pixels[:, 0, 0], pixels[:, 0, 1]], axis=1)
+    given = Worn(0.0, 0.0, np.array([0.0, 1.0, 0.0]))
+    for of, expected in ((pixels, False), (mirrored, True)):
+        sightings = pt.Sightings.of(simulation.frame_time_s, of)
+        found, worn = check_worn(recording, sightings, given, (False, False, False), 640)
+        wrong = [finding for finding in found if finding.what == "picture"]
+        assert bool(wrong) == (worn is None) == expected
+        if expected:
+            assert wrong[0].verdict == "wrong"
+            assert "mirrored" in wrong[0].evidence
+            assert not any("heading_deg" in place or "mount" in place for one in found for place in one.writes)

@@ -1,7 +1,8 @@
 """Coloured things that move in a video: one of them is the patch.
 
 Each band of hues is looked at by itself: its largest connected piece must be there in most frames, keep its size, and
-move. Which of them is the patch is told by what moves with the IMU (`pytracker.evidence.lag`).
+move; what passes and is much larger is not it. Which of them is the patch is told by what moves with the IMU
+(`pytracker.evidence.lag`).
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ LEAST_AREA_PX, MOST_AREA_SHARE = 10, 0.04
 SEEN_SHARE = 0.6
 STEADY = 0.8
 """Standard deviation of the area as a share of its mean."""
+ANOTHER = 4.0
+"""A piece that is larger than the usual by so much is something else of that colour, which passes."""
 MOVES_PX = 3.0
 SAME_PX = 8.0
 
@@ -109,11 +112,13 @@ def _largest(hsv: Image, hue: int) -> tuple[float, float, float, int, int, int, 
 def _candidate(
     hue: int, times: Array, pieces: list[tuple[float, float, float, int, int, int, int] | None], factor: float
 ) -> Candidate | None:
-    seen = np.array([piece is not None for piece in pieces], dtype=bool)
-    if not seen.size or seen.mean() < SEEN_SHARE or pieces[0] is None:
-        return None
     rows = np.array([piece if piece is not None else (np.nan,) * 7 for piece in pieces])
+    if not np.isfinite(rows).any():
+        return None
+    rows[rows[:, 2] > ANOTHER * np.nanmedian(rows[:, 2])] = np.nan
     area, centres = rows[:, 2], rows[:, :2] / factor
+    if pieces[0] is None or np.isnan(area[0]) or np.isfinite(area).mean() < SEEN_SHARE:
+        return None
     if np.nanstd(area) > STEADY * np.nanmean(area) or np.nanstd(centres, axis=0).max() < MOVES_PX / factor:
         return None
     x, y, w, h = (round(value / factor) for value in pieces[0][3:])

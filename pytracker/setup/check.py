@@ -18,6 +18,7 @@ from pytracker.evidence.hanging import LIES_STILL, without_standing
 from pytracker.evidence.lag import GRID_S, banded, find_lags
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.toml_file import faults_of, read_toml
+from pytracker.formats.video import probe
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 from pytracker.output import write_whole
@@ -198,7 +199,9 @@ def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding
         return [Finding("mount", "wrong", str(error))], None
     offset_s, heading_deg = (float(draft.get(place) or 0.0) for place in ("imu.offset_s", "imu.heading_deg"))
     given = Worn(offset_s, float(np.radians(heading_deg)), axis)
-    return check_worn(recording, sightings, given, (has[0], has[1], has[2]))
+    video = draft.file("camera.video")
+    assert video is not None
+    return check_worn(recording, sightings, given, (has[0], has[1], has[2]), probe(video).width)
 
 
 def _as_first(draft: Draft, findings: Sequence[Finding]) -> list[Finding]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,8 @@ __all__ = ["camera_of", "check_patch", "check_pose", "check_up", "check_video", 
 
 POSE = ("camera.matrix", "camera.rotation", "camera.translation_m")
 FEW_SEEN = 0.8
+MOST_PATCH_M = 0.25
+"""What is larger at the shoulder's distance is worn elsewhere than at a wrist: a shirt moves with the arm too."""
 
 
 def check_video(draft: Draft) -> Finding:
@@ -108,10 +111,16 @@ def check_patch(
     if box is None and draft.get("camera.keypoints") is not None:
         return Finding("patch", "right", "none is needed: the wrist is among the keypoints"), None
     if box is not None:
-        return Finding("patch", "right", f"patch_box is {box}; how well it is followed is said below"), tuple(box)
-    candidates = find_candidates(file)
+        size_m = _size_m(draft, box)
+        words = f"patch_box is {box}, " + (f"{size_m:.2f} m in size, " if size_m > MOST_PATCH_M else "")
+        words += "how well it is followed is said below"
+        return Finding("patch", "doubtful" if size_m > MOST_PATCH_M else "right", words), tuple(box)
+    candidates = [one for one in find_candidates(file) if _size_m(draft, one.box) <= MOST_PATCH_M]
     if not candidates:
-        words = "nothing coloured is there in the first frame, keeps its size and moves: pytracker frame, and patch_box"
+        words = (
+            "nothing coloured is there in the first frame, keeps the size that a patch has, and moves: pytracker "
+            "frame, and patch_box"
+        )
         return Finding("patch", "missing", words), None
 
     def worth(one: Candidate) -> float:
@@ -132,6 +141,16 @@ def check_patch(
         bx, by, bw, bh = ranked[1].box
         words += f"; one at ({bx + bw / 2:.0f}, {by + bh / 2:.0f}) nearly as much: look at it with pytracker frame"
     return Finding("patch", "doubtful" if close else "missing", words, {"camera.patch_box": list(best.box)}), best.box
+
+
+def _size_m(draft: Draft, box: Sequence[int]) -> float:
+    """How large what is in a box would be where the shoulder is, m; 0 where camera or shoulder are not known."""
+    shoulder = draft.get("arm.shoulder_m")
+    if shoulder is None or check_pose(draft).verdict != "right":
+        return 0.0
+    camera = camera_of(draft)
+    distance_m = float(np.linalg.norm(np.asarray(camera.position_m) - np.array(shoulder, dtype=float)))
+    return float(np.sqrt(box[2] * box[3])) * distance_m / camera.matrix[0][0]
 
 
 def _keypoints(draft: Draft, video: Path) -> Keypoints:

@@ -53,8 +53,12 @@ def check_worn(
     sightings: Sightings,
     given: Worn,
     has: tuple[bool, bool, bool],
+    width_px: int,
 ) -> tuple[list[Finding], Worn | None]:
-    """Clock, heading, mount; `has`: which of them are given at all. The IMU of `recording` is as the file has it."""
+    """Clock, heading, mount; `has`: which of them are given at all. The IMU of `recording` is as the file has it.
+
+    `width_px` is the picture's, which may be mirrored: then some mount and heading explain it too, and none is right.
+    """
     lags = lags_of(recording, sightings)
     if not lags:
         return [check_clock(lags, None)], None
@@ -65,6 +69,8 @@ def check_worn(
         words = "no clock, heading and mount explain what the camera saw: check camera, arm and patch first"
         return [Finding("clock, heading and mount", "cannot be told", words)], None
     best = max((*found, *same_axis), key=lambda one: one.log_evidence)
+    if said := _mirrored(recording, sightings, lags, max(stays, best, key=lambda one: one.log_evidence), width_px):
+        return [check_clock(lags, given.offset_s if has[0] else None), said], None
     aligned = max(same_axis, key=lambda one: one.log_evidence, default=best)
     # What is given stands unless something else is better, the mount before clock and heading.
     if stays.log_evidence > best.log_evidence - GIVEN_STAYS:
@@ -80,6 +86,23 @@ def check_worn(
         return _undecided(chosen, rival, best, near, given if has[0] else None), chosen
     kin = [one for one in near if is_same(one, chosen, KIND)]
     return _words(recording, sightings, given, has, chosen, kin, best), chosen
+
+
+def _mirrored(
+    recording: ArmRecording, sightings: Sightings, lags: tuple[Lag, ...], best: Worn, width_px: int
+) -> Finding | None:
+    """Where what was seen, left and right exchanged, is explained better than by any way to wear the IMU."""
+    u, v = sightings.pixels[:, 0].T
+    picture = Sightings.of(sightings.time_s, np.stack([width_px - 1 - u, v], axis=1))
+    evidence = max((one.log_evidence for one in find_worn(recording, picture, lags)), default=-np.inf)
+    if evidence < best.log_evidence + CLEAR:
+        return None
+    words = (
+        f"mirrored, left and right exchanged, it agrees with the IMU (log evidence {evidence:.0f}), as it is "
+        f"{best.log_evidence:.0f} at best: is it a selfie camera's, or does the camera's pose have a sign wrong? "
+        "Neither heading nor mount is written"
+    )
+    return Finding("picture", "wrong", words)
 
 
 def _undecided(chosen: Worn, rival: Worn, best: Worn, near: list[Worn], given: Worn | None) -> list[Finding]:
