@@ -111,6 +111,13 @@ def test_a_box_without_a_patch_is_refused(box: tuple[int, int, int, int], expect
         PatchTracker(first, box)
 
 
+def test_a_black_first_frame_is_named() -> None:
+    """A video that fades in: its patch was said to have no colour of its own."""
+    first = next(render(ArmSimulation(pt.ArmScene(duration_s=1.0), 1), 0))
+    with pytest.raises(pt.InputError, match=r"the first frame is dark \(mean 1[0-9] of 255\): cut the video"):
+        PatchTracker(np.asarray(0.1 * first, dtype=np.uint8), (300, 200, 30, 30))
+
+
 def test_bottle_cap_leaves_and_returns(shared: Callable[[str], Path]) -> None:
     """A hand takes the left bottle out of the picture twice; two more caps of the same blue stay in view."""
     track = track_patch(shared("data/video/bottle-detection.mp4"), (82, 106, 30, 22))

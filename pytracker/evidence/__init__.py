@@ -5,7 +5,8 @@
 | `patch_colour`, `camshift`, `sightings` | an arm's colour patch in a frame, in one video, in all of them |
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
 | `silhouette`, `skin`, `thresholds`, `smaller` | a body's foreground, edges and skin, in pictures as large as need be |
-| `background`, `complexion` | the scene without the person; what the light does to skin |
+| `background`, `left_behind` | the scene without the person; what stays where a hand was |
+| `complexion` | what the light does to skin |
 | `keypoints`, `senses` | a detector's points; all that is seen of a frame |
 | `detector`, `person` | a detector of our own; who is largest in a frame |
 | `observations`, `ahead` | what a tracker takes, streamed in order of time; one frame ahead |

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.evidence.left_behind import draw, left_behind
 from pytracker.evidence.thresholds import SilhouetteParameters
 from pytracker.formats.video import Frame, Image, as_image, frames
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["median_background", "read_background", "without_person"]
+__all__ = ["median_background", "median_of", "read_background", "sampled", "without_person"]
 
 MEDIAN_FRAMES = 61
 """Frames, evenly chosen, that a median background is made of."""
@@ -36,8 +37,8 @@ INPAINT_PX = 3.0
 Mask = NDArray[np.bool_]
 
 
-def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:
-    """The median of evenly chosen frames `(H, W, 3)`: the background, where the person moves enough."""
+def sampled(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> list[Image]:
+    """Evenly chosen frames, up to twice as many as are wanted. Raises `InputError` where there is none."""
     kept: list[Image] = []
     step = 1
     for frame in source:
@@ -48,7 +49,17 @@ def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> I
             kept, step = kept[::2], 2 * step
     if not kept:
         raise InputError("median_background was given no frame, expected at least one")
-    return np.asarray(np.median(np.stack(kept), axis=0), dtype=np.uint8)
+    return kept
+
+
+def median_of(samples: list[Image]) -> Image:
+    """Pixel by pixel `(H, W, 3)`."""
+    return np.asarray(np.median(np.stack(samples), axis=0), dtype=np.uint8)
+
+
+def median_background(source: Iterable[Frame], wanted: int = MEDIAN_FRAMES) -> Image:
+    """The median of evenly chosen frames `(H, W, 3)`: the background, where the person moves enough."""
+    return median_of(sampled(source, wanted))
 
 
 def read_background(path: Path) -> Image:
@@ -56,17 +67,21 @@ def read_background(path: Path) -> Image:
     return median_background(frames(path))
 
 
-def without_person(median: Image, first: Image, camera: Camera | WeakPerspective, bones: Array) -> Image:
-    """The median of a video `(H, W, 3)`, filled in where it holds the person who is in its first frame.
+def without_person(
+    samples: list[Image], first: Image, camera: Camera | WeakPerspective, bones: Array, hands: Mask
+) -> Image:
+    """The median of a video's `samples` `(H, W, 3)`, filled in where it holds the person who is in its first frame.
 
-    `bones` `(B, 2, 3)` are the ends of theirs there, world, m. As it is where they are not in the picture.
+    `bones` `(B, 2, 3)` are the ends of theirs there, world, m; `hands` `(2, B)` says which of them are either forearm
+    with its hand. As it is where they are not in the picture.
     """
+    median = median_of(samples)
     px_per_m = float(camera.px_per_m(bones[:1, 0])[0])
     if not np.isfinite(px_per_m) or px_per_m <= 0.0:
         return median
     about = np.full(first.shape[:2], cv2.GC_BGD, np.uint8)
     for width_m, label in WIDTHS_M:
-        _draw(about, camera, bones, width_m * px_per_m, label)
+        draw(about, camera, bones, width_m, label)
     if not (about == cv2.GC_FGD).any() or not (about == cv2.GC_BGD).any():
         return median
     behind, person = np.zeros((1, 65)), np.zeros((1, 65))
@@ -75,26 +90,19 @@ def without_person(median: Image, first: Image, camera: Camera | WeakPerspective
     rim = np.ones((2 * max(2, round(RIM_M * px_per_m)) + 1,) * 2, np.uint8)
     at_first = _widened(_is_person(about), rim)
     differs = cv2.absdiff(cv2.blur(first, (3, 3)), cv2.blur(median, (3, 3))).max(axis=2)
-    came = (differs >= SilhouetteParameters().foreground_level) & _within(camera, bones, REACH_M * px_per_m, first)
+    came = (differs >= SilhouetteParameters().foreground_level) & _within(camera, bones, first)
     about = np.where(at_first | came, cv2.GC_PR_FGD, cv2.GC_BGD).astype(np.uint8)
     cv2.grabCut(median, about, (0, 0, 1, 1), behind, person, 1, cv2.GC_EVAL_FREEZE_MODEL)
-    held = _widened(_is_person(about), rim)
+    stays = left_behind(samples, first, at_first, camera, bones, hands)
+    held = _widened(_is_person(about) & ~stays, rim) & ~stays
     # Where they came later, and stayed, the first frame shows what is behind them.
     out = np.where((held & ~at_first)[..., None], first, median)
     return as_image(cv2.inpaint(out, (held & at_first).astype(np.uint8), INPAINT_PX, cv2.INPAINT_TELEA))
 
 
-def _draw(mask: Image, camera: Camera | WeakPerspective, bones: Array, width_px: float, label: int) -> None:
-    for ends in bones:
-        pixels = camera.project(ends)
-        if np.isfinite(pixels).all() and np.abs(pixels).max() < 10 * max(mask.shape):
-            a, b = np.rint(pixels).astype(int).tolist()
-            cv2.line(mask, a, b, label, max(1, round(width_px)))
-
-
-def _within(camera: Camera | WeakPerspective, bones: Array, width_px: float, image: Image) -> Mask:
+def _within(camera: Camera | WeakPerspective, bones: Array, image: Image) -> Mask:
     mask = np.zeros(image.shape[:2], np.uint8)
-    _draw(mask, camera, bones, width_px, 1)
+    draw(mask, camera, bones, REACH_M, 1)
     return np.asarray(mask > 0)
 
 

@@ -31,6 +31,8 @@ ABOUT = 1.0
 """Camshift is let go so many search windows to every side; where it leads out, in all of the picture."""
 REACH_PX = 12
 """Camshift looks by 10 px beyond what it found, pixels are blurred over one."""
+DARK = 32.0
+"""A first frame whose mean is less shows nothing: the video fades in, or begins black."""
 SMALLER_PX = 8.0
 """What stands beside the patch is looked for in a picture so small that the patch is no smaller than this."""
 
@@ -78,9 +80,15 @@ class PatchTracker:
         self._colour = PatchColour(image, box, self.parameters)
         found = self._measure(self._colour.back_projection(image), box)
         if found is None or found.mass < 9:
+            mean = float(image.mean())
+            hint = (
+                f"the first frame is dark (mean {mean:.0f} of 255): cut the video to where the patch is seen"
+                if mean < DARK
+                else "choose a box on a patch of a colour of its own"
+            )
             raise InputError(
                 f"patch box {list(box)} holds {0 if found is None else found.mass:.0f} pixels of a colour that its "
-                "surroundings do not have, expected at least 9: choose a box on a patch of a colour of its own"
+                f"surroundings do not have, expected at least 9: {hint}"
             )
         self._first = found
         self._size = float(np.sqrt(found.mass))

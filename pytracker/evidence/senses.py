@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from pytracker.evidence.background import median_background, without_person
+from pytracker.evidence.background import median_of, sampled, without_person
 from pytracker.evidence.complexion import gains_of_face
 from pytracker.evidence.keypoints import PointsEvidence
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette
@@ -57,11 +57,14 @@ def senses_of(recording: BodyRecording) -> Senses:
     first = next(frames(view.video)).image
     times = times_smaller(float(view.camera.px_per_m(joints["root"])[0]), first)
     camera = view.camera.of_smaller(times)
-    background = median_background(smaller_frames(frames(view.background or view.video), times))
+    samples = sampled(smaller_frames(frames(view.background or view.video), times))
+    background = median_of(samples)
     px_per_m, head = float(camera.px_per_m(joints["root"])[0]), camera.project(joints["head"])[0]
     # Of a median, before the person is taken out: of a head that stands still the hair would be taken for its face.
     gains = gains_of_face(smaller(first, times), background, head, px_per_m)
     if view.background is None:
         starts, ends, _ = recording.skeleton.core.pose(np.ascontiguousarray(recording.initial[None]))
-        background = without_person(background, smaller(first, times), camera, np.stack([starts[0], ends[0]], axis=1))
+        hands = np.stack([recording.skeleton.below(forearm) for forearm in ("lradius", "rradius")])
+        bones = np.stack([starts[0], ends[0]], axis=1)
+        background = without_person(samples, smaller(first, times), camera, bones, hands)
     return Senses(recording, Silhouette(background, px_per_m, SilhouetteParameters(gains=gains)), times)

@@ -12,7 +12,7 @@ from pytracker.evidence.thresholds import SilhouetteParameters
 from pytracker.formats.video import Image, as_image
 from pytracker.rotation import Array
 
-__all__ = ["Skin"]
+__all__ = ["RIM_PX", "Skin"]
 
 RIM_PX = 5
 """Twice as far as blur and interpolation mix colours, and one."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEY_JOINTS, KEY_PLACES, InputError
 from pytracker._core import Skeleton as CoreSkeleton
@@ -96,6 +97,14 @@ class Skeleton:
             if bone.name == name:
                 return index
         raise InputError(f"skeleton has no bone {name!r}, expected one of: {', '.join(b.name for b in self.bones)}")
+
+    def below(self, name: str) -> NDArray[np.bool_]:
+        """Which bones are this one, or hang on it `(B,)`. Raises `InputError`."""
+        found = np.zeros(len(self.bones), dtype=bool)
+        found[self.bone(name)] = True
+        for index, bone in enumerate(self.bones):
+            found[index] |= bone.parent is not None and found[bone.parent]
+        return found
 
     def columns(self, names: tuple[str, ...]) -> list[int]:
         """Indices of channels by name. Raises `InputError`."""
