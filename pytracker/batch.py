@@ -5,18 +5,22 @@ A recording that fails stops no other: its row says why.
 
 from __future__ import annotations
 
+import itertools
 import multiprocessing
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pytracker._core import InputError, TrackingError
 from pytracker.methods.method import Method
-from pytracker.outcomes import Outcome, read_outcomes, table_of
-from pytracker.output import write_whole
+from pytracker.outcomes import Outcome, check_index, read_outcomes, run_of, table_of
+from pytracker.output import MADE_HERE, write_whole
 from pytracker.recording.load import load
 from pytracker.recording.recording import Recording
+from pytracker.report.metadata import read_run
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
 from pytracker.scores.agreement import disagreement
@@ -26,6 +30,33 @@ from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 
 __all__ = ["track_all"]
+
+
+@dataclass(frozen=True)
+class _Task:
+    """One recording and what to do with it; sent to another process.
+
+    Attributes:
+        folder: of the recording.
+        out: where all results are.
+        name: of its own there.
+        method_of: gives the method.
+        seed: of the random streams.
+        page: whether a page is drawn.
+        force: whether what is there is replaced.
+        threads: at most so many; None for all.
+        earlier: what an earlier run found, where it is not done again.
+    """
+
+    folder: Path
+    out: Path
+    name: str
+    method_of: Callable[[Recording], Method]
+    seed: int
+    page: bool
+    force: bool
+    threads: int | None
+    earlier: Outcome | None
 
 
 def track_all(
@@ -43,31 +74,23 @@ def track_all(
 
     `method_of` gives the method for a recording (it is sent to other processes). `done` is called with each
     outcome as it comes, in the order of `folders`. What an earlier run left of a recording stays as it is without
-    `force`, and what it left of others stays in the table.
+    `force` (and has failed where it is of other files, another method or another seed), and what it left of others
+    stays in the table. Raises `InputError` where `out` holds an index of something else.
     """
+    check_index(out, force=force)
     out.mkdir(parents=True, exist_ok=True)
-    names, earlier = _names(folders), read_outcomes(out)
-    known = {} if force else {folder: folder.resolve() for folder in folders if folder.resolve() in earlier}
-    stays = {folder: replace(earlier[where], recording=folder) for folder, where in known.items()}
+    earlier, threads = read_outcomes(out), None if jobs == 1 else 1
+    known = {} if force else {folder: replace(found, recording=folder) for folder, found in _of(folders, earlier)}
+    tasks = [
+        _Task(folder, out, name, method_of, seed, page, force, threads, known.get(folder))
+        for folder, name in zip(folders, _names(folders, earlier), strict=True)
+    ]
     outcomes = []
-    threads = None if jobs == 1 else 1
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
-        tasks = [
-            stays.get(folder) or pool.submit(_one, folder, out, name, method_of, seed, page, force, threads)
-            for folder, name in zip(folders, names, strict=True)
-        ]
-        try:
-            for task in tasks:
-                outcomes.append(task if isinstance(task, Outcome) else task.result())
-                if done is not None:
-                    done(outcomes[-1])
-        except BaseException:
-            # Whoever stops it does not wait for the recordings in flight.
-            pool.shutdown(wait=False, cancel_futures=True)
-            for child in multiprocessing.active_children():
-                child.terminate()
-            raise
+    with closing(_all_done(tasks, jobs)) as found:
+        for outcome in found:
+            outcomes.append(outcome)
+            if done is not None:
+                done(outcome)
     results, places = {one.result for one in outcomes}, {folder.resolve() for folder in folders}
     others = [one for where, one in earlier.items() if where not in places and one.result not in results]
     listed = [*outcomes, *others]
@@ -76,42 +99,89 @@ def track_all(
     return outcomes
 
 
-def _names(folders: Sequence[Path]) -> list[str]:
-    """The folders' own names, numbered where two are alike."""
-    names: list[str] = []
+def _of(folders: Sequence[Path], earlier: Mapping[Path, Outcome]) -> Iterator[tuple[Path, Outcome]]:
+    return ((folder, earlier[folder.resolve()]) for folder in folders if folder.resolve() in earlier)
+
+
+def _all_done(tasks: Sequence[_Task], jobs: int) -> Generator[Outcome]:
+    """What became of each, in their order. A process that is killed, such as for its memory, stops no other."""
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
+        futures = [pool.submit(_one, task) for task in tasks]
+        try:
+            for task, future in zip(tasks, futures, strict=True):
+                try:
+                    yield future.result()
+                except BrokenProcessPool:
+                    yield _alone(task)
+        except BaseException:
+            # Whoever stops it does not wait for the recordings in flight.
+            pool.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():
+                child.terminate()
+            raise
+
+
+def _alone(task: _Task) -> Outcome:
+    """Of one whose process was killed, or another's beside it: once more, by itself."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        try:
+            return pool.submit(_one, task).result()
+        except BrokenProcessPool:
+            return Outcome(
+                task.folder, said=("its process was killed: is there too little memory for it?",), failed=True
+            )
+
+
+def _names(folders: Sequence[Path], earlier: Mapping[Path, Outcome]) -> list[str]:
+    """That of an earlier result of theirs, else the folders' own, numbered where something else has them."""
+    names = {folder: found.result for folder, found in _of(folders, earlier)}
+    taken = {one.result for one in earlier.values()}
     for folder in folders:
-        name = folder.resolve().name or "recording"
-        alike = sum(other == name or other.startswith(f"{name}-") for other in names)
-        names.append(f"{name}-{alike + 1}" if name in names else name)
-    return names
+        if folder not in names:
+            own = folder.resolve().name or "recording"
+            numbered = (f"{own}-{number}" for number in itertools.count(2))
+            names[folder] = next(name for name in itertools.chain([own], numbered) if name not in taken)
+            taken.add(names[folder])
+    return [names[folder] for folder in folders]
 
 
-def _one(
-    folder: Path,
-    out: Path,
-    name: str,
-    method_of: Callable[[Recording], Method],
-    seed: int,
-    page: bool,
-    force: bool,
-    threads: int | None,
-) -> Outcome:
+def _one(task: _Task) -> Outcome:
+    folder, out, name = task.folder, task.out, task.name
     try:
         recording = load(folder)
+        method = task.method_of(recording)
+        run = run_of(method, task.seed)
+        if task.earlier is not None:
+            return _as_it_was(task.earlier, out / name, recording, run)
         try:
-            result: Track = track(recording, method_of(recording), seed, threads=threads)
+            result: Track = track(recording, method, task.seed, threads=task.threads)
         except TrackingError as error:
             if error.track is None:
                 raise
             result = error.track
-        write_report([result], out / name, force=force, page=page)
+        write_report([result], out / name, force=task.force, page=task.page)
     except (InputError, TrackingError, OSError, MemoryError) as error:
-        left = (f"{name} holds what an earlier run found",) if (out / name).is_dir() else ()
+        left = (f"{name} holds what an earlier run found",) if task.earlier or _is_result(out / name) else ()
         return Outcome(folder, said=(str(error) or type(error).__name__, *left), failed=True)
     doubts = (*result.doubts, *disagreement(result, recording.truth))
     said = (*((result.lost,) if result.lost else ()), *unbelieved(result), *recording.warnings, *doubts)
     failed = bool(result.lost) or is_unusable(result)
-    return Outcome(folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), said, failed)
+    return Outcome(folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), said, failed, run)
+
+
+def _is_result(folder: Path) -> bool:
+    return (folder / MADE_HERE).is_file() and not (folder / "recording.toml").exists()
+
+
+def _as_it_was(earlier: Outcome, result: Path, recording: Recording, run: str) -> Outcome:
+    """What an earlier run found, unless it was another run than this one would be."""
+    try:
+        read_run(result, recording)
+        why = "by another method, other settings or another seed" if earlier.run not in ("", run) else ""
+    except InputError as error:
+        why = str(error)
+    return replace(earlier, said=(f"is what it was: {why}", *earlier.said), failed=True) if why else earlier
 
 
 def _error_m(result: Track) -> float | None:

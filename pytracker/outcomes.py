@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 import csv
+import hashlib
 import io
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["EARLIER", "Outcome", "read_outcomes", "table_of"]
+from pytracker._core import InputError
+from pytracker.methods.method import Method
+from pytracker.output import MADE_HERE
+
+__all__ = ["EARLIER", "Outcome", "check_index", "read_outcomes", "run_of", "table_of"]
 
 EARLIER = "of an earlier run; --force does it again"
 """What is said of those that are not done again."""
-COLUMNS = ("recording", "result", "failed", "frames", "valid", "error_m", "said", "folder")
+COLUMNS = ("recording", "result", "failed", "frames", "valid", "error_m", "said", "folder", "run")
+OLDER = COLUMNS[:-1]
+"""Those of a table that does not say of which run its rows are."""
 BETWEEN = " | "
 
 
@@ -29,6 +36,7 @@ class Outcome:
         error_m: 3-D RMS of the wrist of an arm, average of the joints of a body; None without truth.
         said: warnings, doubts, or why it failed.
         failed: whether there is no whole track, or one of which most frames are not valid.
+        run: what stands for method, settings and seed (`run_of`); empty where it is not known.
         is_earlier: whether an earlier run left it.
     """
 
@@ -39,6 +47,7 @@ class Outcome:
     error_m: float | None = None
     said: tuple[str, ...] = ()
     failed: bool = False
+    run: str = ""
     is_earlier: bool = False
 
     @property
@@ -55,8 +64,38 @@ def table_of(outcomes: Sequence[Outcome], out: Path) -> str:
     for one in outcomes:
         error = "" if one.error_m is None else f"{one.error_m:.4f}"
         cells = one.result, one.failed, one.frames, f"{one.valid:.4f}", error, BETWEEN.join(one.words)
-        writer.writerow([_plain(one.recording.resolve().name), *cells, _plain(_seen_from(out, one.recording))])
+        where = _plain(_seen_from(out, one.recording))
+        writer.writerow([_plain(one.recording.resolve().name), *cells, where, one.run])
     return text.getvalue()
+
+
+def run_of(method: Method, seed: int) -> str:
+    """The same for the same method with the same settings, and the same seed."""
+    words = f"{type(method).__name__} {sorted(method.parameters().items())} {seed}"
+    return hashlib.sha256(words.encode()).hexdigest()[:12]
+
+
+def check_index(out: Path, *, force: bool) -> None:
+    """Raise `InputError` where `out` holds an index that is no table of outcomes, or is the report of one recording.
+
+    What is neither is replaced with `force`.
+    """
+    if (out / MADE_HERE).is_file():
+        raise InputError(f"{out}: holds the result of one recording, expected another folder for those of several")
+    there = next((name for name in ("index.html", "index.csv") if (out / name).exists()), None)
+    if there is None or force or _header(out / "index.csv")[: len(OLDER)] == list(OLDER):
+        return
+    raise InputError(
+        f"{out / there}: was not written by pytracker, expected a folder without (or --force to replace it)"
+    )
+
+
+def _header(path: Path) -> list[str]:
+    try:
+        with path.open(encoding="utf-8") as file:
+            return file.readline().rstrip("\r\n").split(",")
+    except (OSError, ValueError):
+        return []
 
 
 def read_outcomes(out: Path) -> dict[Path, Outcome]:
@@ -79,6 +118,7 @@ def _of_row(out: Path, row: dict[str, str]) -> Outcome:
         error_m=float(row["error_m"]) if row["error_m"] else None,
         said=tuple(words for words in said if words != EARLIER),
         failed=row["failed"] == "True",
+        run=row.get("run") or "",
         is_earlier=True,
     )
 

@@ -12,10 +12,12 @@ import time
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 import pytracker as pt
+from pytracker import batch
 from pytracker.cli.entry import app
+from pytracker.methods.method import Method
 
 
 def test_one_that_fails_stops_no_other(tmp_path: Path) -> None:
@@ -91,6 +93,81 @@ def test_what_an_earlier_run_left_stays_in_the_table(tmp_path: Path) -> None:
     text = (out / "index.csv").read_text()
     assert "two holds what an earlier run found" in text
     assert rows_of(out)[-1][:2] == ("one", "one-2")
+
+
+def test_what_is_there_and_not_its_own_stays(tmp_path: Path) -> None:
+    """An index.html of somebody's site, and the report of a single recording, were written over."""
+    one = pt.simulate_arm(tmp_path / "one", pt.ArmScene(duration_s=2.0), 1)
+    two = Path(shutil.copytree(one, tmp_path / "two"))
+    site, alone = tmp_path / "site", tmp_path / "alone"
+    site.mkdir()
+    (site / "index.html").write_text("mine")
+
+    def run(out: Path, *folders: Path, force: bool = False) -> Result:
+        arguments = ["track", *map(str, folders), "--out", str(out), "--no-report", "--quiet"]
+        return CliRunner().invoke(app, [*arguments, *(["--force"] if force else [])])
+
+    done = run(site, one, two)
+    assert "index.html: was not written by pytracker" in str(done.exception)
+    assert [path.name for path in site.iterdir()] == ["index.html"]
+    assert (site / "index.html").read_text() == "mine"
+    assert run(alone, one).exit_code == 0
+    done = run(alone, one, two, force=True)
+    assert "holds the result of one recording" in str(done.exception)
+    assert run(site, one, two, force=True).exit_code == 0
+
+
+def test_a_result_of_other_files_or_another_method_is_told_and_stays(tmp_path: Path) -> None:
+    """Old numbers stood in the table as those of the run, which had been of another method and another arm."""
+    one = pt.simulate_arm(tmp_path / "one", pt.ArmScene(duration_s=2.0), 1)
+    two = Path(shutil.copytree(one, tmp_path / "two"))
+    out = tmp_path / "out"
+
+    def run(*more: str) -> list[str]:
+        CliRunner().invoke(app, ["track", str(one), str(two), "--out", str(out), "--no-report", "--quiet", *more])
+        return [row["said"] for row in csv.DictReader((out / "index.csv").read_text().splitlines())]
+
+    assert run() == ["", ""]
+    assert run() == ["of an earlier run; --force does it again"] * 2
+    text = (two / "recording.toml").read_text()
+    (two / "recording.toml").write_text(text + "\n# touched\n")
+    track = (out / "two" / "track.csv").read_bytes()
+    first, second = run()
+    assert first == "of an earlier run; --force does it again"
+    assert "recording.toml was another file in that run" in second
+    (two / "recording.toml").write_text(text)
+    assert all("by another method, other settings or another seed" in words for words in run("--method", "layered"))
+    assert (out / "two" / "track.csv").read_bytes() == track
+    assert run("--method", "layered", "--force") == ["", ""]
+    assert (out / "two" / "track.csv").read_bytes() != track
+
+
+def test_another_recording_of_the_same_name_takes_nothing_from_an_earlier_one(tmp_path: Path) -> None:
+    """It was refused, and with --force, as it asked for, the other's result was replaced and its row was gone."""
+    one = pt.simulate_arm(tmp_path / "one", pt.ArmScene(duration_s=2.0), 1)
+    alike, two = (Path(shutil.copytree(one, tmp_path / name)) for name in ("sub/one", "two"))
+    out = tmp_path / "out"
+    for folders in ((one, two), (alike, two)):
+        files = [str(folder) for folder in folders]
+        done = CliRunner().invoke(app, ["track", *files, "--out", str(out), "--no-report", "--quiet", "--force"])
+        assert done.exit_code == 0, done.output
+    assert [row[:2] for row in rows_of(out)] == [("one", "one-2"), ("two", "two"), ("one", "one")]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_process_that_is_killed_stops_no_other(tmp_path: Path) -> None:
+    """One that ran out of memory ended all, with an internal error, and no index."""
+    folders = [pt.simulate_arm(tmp_path / name, pt.ArmScene(duration_s=2.0), 1) for name in ("one", "two", "three")]
+    found = batch.track_all(folders, tmp_path / "out", killed_by_two, page=False)
+    assert [(one.recording.name, one.failed) for one in found] == [("one", False), ("two", True), ("three", False)]
+    assert found[1].said == ("its process was killed: is there too little memory for it?",)
+
+
+def killed_by_two(recording: pt.Recording) -> Method:
+    assert recording.folder is not None
+    if recording.folder.name == "two":
+        os.kill(os.getpid(), signal.SIGKILL)
+    return pt.Layered(particles=50)
 
 
 def test_one_of_no_use_has_failed_too(tmp_path: Path) -> None:
