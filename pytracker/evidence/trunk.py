@@ -35,13 +35,21 @@ NARROWER = 0.7
 NEARER = "comes nearer than is tracked"
 FARTHER = "bends or goes farther off than is tracked"
 LEAVING = 0.87
-"""Length times width: a trunk that bends is shorter, one that turns narrower."""
-OFTEN = 0.25
+"""Length times width of who goes farther off: a trunk that bends is shorter, one that turns narrower."""
+ALIKE = 1.08
+"""What is larger or smaller by so much in length, width and hips alike is nearer or farther off, wherever it is."""
+MOVED = 0.25
+"""Hips that are so far from where they were at first, in lengths of the trunk, went there: those of people who bend or
+turn where they stand stay within 0.17, of people who walk across a picture they are 0.3 to 1 off."""
+OFTEN = 0.15
 """A trunk that is larger or smaller in so many of the frames has changed its distance."""
 
 
 def distance_changes(recording: BodyRecording) -> bool:
-    """Whether keypoints show that a person comes nearer or goes farther off, to a camera that can tell."""
+    """Whether keypoints show that a person comes nearer or goes farther off, to a camera that can tell.
+
+    Who bends where they stand is smaller too; but their hips are not, and stay in their place.
+    """
     view = recording.view
     if view.keypoints is None or not isinstance(view.camera, Camera):
         return False
@@ -50,8 +58,13 @@ def distance_changes(recording: BodyRecording) -> bool:
     trunk = TrunkSeen(view.camera)
     for frame, people in zip(view.keypoints.frames, view.keypoints.points, strict=True):
         trunk.look(frame / rate_hz, first, followed(view.camera, first, people)[0])
-    length, width = trunk.ratios().T
-    return float(np.mean(_is_nearer(length, width) | ((length < 1.0) & (length * width < LEAVING)))) > OFTEN
+    sizes = trunk.sizes()
+    length, width, _ = sizes.T
+    all_larger, all_smaller = sizes.min(axis=1) > ALIKE, sizes.max(axis=1) < 1.0 / ALIKE
+    went = trunk.hips_moved() > MOVED
+    is_nearer = _is_nearer(length, width) & (went | all_larger)
+    is_farther = (length < 1.0) & (length * width < LEAVING) & (went | all_smaller)
+    return float(np.mean(is_nearer | is_farther)) > OFTEN
 
 
 def _is_nearer(length: Array, width: Array) -> NDArray[np.bool_]:
@@ -78,37 +91,58 @@ class TrunkSeen:
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
         self._time_s: list[float] = []
-        self._ratios: list[tuple[float, float]] = []
+        self._sizes: list[tuple[float, float, float]] = []
+        self._hips: list[Array] = []
 
     def look(self, time_s: float, joints: Mapping[str, Array], points: Array | None) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and the points of who is followed `(9, 3)`, px."""
         self._time_s.append(time_s)
-        self._ratios.append(self._ratio(joints, points))
+        self._sizes.append(self._size(joints, points))
+        self._hips.append(np.full((2, 2), np.nan) if points is None else _neck_and_hips(points))
 
-    def _ratio(self, joints: Mapping[str, Array], points: Array | None) -> tuple[float, float]:
-        """Seen over tracked, length and width of the trunk; NaN where not all of its corners are seen."""
+    def _size(self, joints: Mapping[str, Array], points: Array | None) -> tuple[float, float, float]:
+        """Seen over tracked, length, width and hips of the trunk; NaN where not all of its corners are seen.
+
+        Hips, which are no joints that are tracked, over its length.
+        """
         if points is None:
-            return np.nan, np.nan
+            return np.nan, np.nan, np.nan
         left, right, root = self._camera.project(
             np.stack([joints[n] for n in ("left_shoulder", "right_shoulder", "root")])
         )
         neck = 0.5 * (left + right)
         left_seen, right_seen, left_hip, right_hip = points[CORNERS, :2]
-        middle, hips = 0.5 * (left_seen + right_seen), 0.5 * (left_hip + right_hip)
+        middle, hips = _neck_and_hips(points)
         with np.errstate(divide="ignore", invalid="ignore"):
-            length = np.linalg.norm(middle - hips) / np.linalg.norm(neck - root)
+            tall = np.linalg.norm(neck - root)
+            length = np.linalg.norm(middle - hips) / tall
             width = np.linalg.norm(left_seen - right_seen) / np.linalg.norm(left - right)
-        return float(length), float(width)
+            across = np.linalg.norm(left_hip - right_hip) / tall
+        return float(length), float(width), float(across)
 
-    def ratios(self) -> Array:
-        """Seen over tracked, length and width `(T, 2)`, against those of the first frames; NaN where not seen."""
-        return against_first(np.array(self._time_s), np.array(self._ratios).reshape(-1, 2))
+    def sizes(self) -> Array:
+        """Seen over tracked, length, width and hips `(T, 3)`, against those of the first frames; NaN where not seen."""
+        return against_first(np.array(self._time_s), np.array(self._sizes).reshape(-1, 3))
+
+    def hips_moved(self) -> Array:
+        """How far the middle of the hips is lately from where it was at first, in lengths of the trunk then `(T,)`."""
+        time_s, seen = np.array(self._time_s), np.array(self._hips).reshape(-1, 2, 2)
+        lengths = np.linalg.norm(seen[:, 0] - seen[:, 1], axis=1, keepdims=True)
+        lately = np.array([median_of_known(seen[first : k + 1, 1]) for k, first in enumerate(first_rows(time_s))])
+        moved = np.linalg.norm(lately.reshape(-1, 2) - at_first(time_s, seen[:, 1]), axis=1)
+        return np.asarray(moved / at_first(time_s, lengths))
 
     def reasons(self) -> list[str]:
         """Of every frame; empty where nothing speaks against it."""
-        ratios = self.ratios()
-        nearer = _is_nearer(*ratios.T)
-        return [NEARER if near else _said(*ratio) for near, ratio in zip(nearer, ratios, strict=True)]
+        sizes = self.sizes()[:, :2]
+        nearer = _is_nearer(*sizes.T)
+        return [NEARER if near else _said(*size) for near, size in zip(nearer, sizes, strict=True)]
+
+
+def _neck_and_hips(points: Array) -> Array:
+    """Middles of shoulders and hips `(2, 2)`, px."""
+    left, right, left_hip, right_hip = points[CORNERS, :2]
+    return np.stack([0.5 * (left + right), 0.5 * (left_hip + right_hip)])
 
 
 def _said(length: float, width: float) -> str:
