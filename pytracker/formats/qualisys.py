@@ -109,8 +109,10 @@ def _rows(path: Path, lines: list[str], first: int, markers: int) -> tuple[Float
     width = 3 * markers
     lines = points_for_commas(lines, first)
     split = [(k + 1, lines[k].split("\t")) for k in range(first, len(lines)) if lines[k]]
-    # What is blank in every row is tabs at the lines' ends.
-    leading = 2 if any(len(cells) >= width + 2 and "".join(cells[width:]).strip() for _, cells in split) else 0
+    # What is blank in every row is tabs at the lines' ends, or the last markers, which the columns' names tell.
+    is_named = first > 0 and lines[first - 1].partition("\t")[0].strip().lower() == "frame"
+    longer = any(len(cells) >= width + 2 and "".join(cells[width:]).strip() for _, cells in split)
+    leading = 2 if is_named or longer else 0
     rows: list[list[float]] = []
     for line, cells in split:
         kept = cells if "".join(cells[leading + width :]).strip() else cells[: leading + width]

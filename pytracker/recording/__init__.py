@@ -5,7 +5,8 @@
 | `recording` | what a recording holds, in SI units, world coordinates and recording time |
 | `load` | a folder to a recording: `arm`, `body` by its kind; `body_view`, `imu`, `keypoints`, `truth` by entry |
 | `arm_start`, `upper_arm` | an arm's first place; a second sensor on it |
-| `arm_truth`, `body_truth`, `truth_filled` | what was measured besides, checked |
+| `arm_truth`, `body_truth` | what was measured besides, checked |
+| `truth_filled`, `truth_strays` | rows of it that nobody measured |
 | `keypoint_frames`, `keypoint_spreads`, `keypoints_filled` | of which frames, how good, and which nobody saw |
 | `found_pose`, `upright` | a first pose that was found; worlds with another axis up |
 | `camera` | pinhole and weak perspective |

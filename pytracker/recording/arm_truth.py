@@ -12,6 +12,7 @@ from pytracker._core import InputError
 from pytracker.recording.recording import Truth
 from pytracker.recording.schema import ArmEntry, TruthEntry
 from pytracker.recording.truth import load_points
+from pytracker.recording.truth_strays import without_strays
 from pytracker.rotation import Array
 
 __all__ = ["load_truth"]
@@ -38,7 +39,9 @@ def load_truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tu
             f"{path}: truth.markers names {', '.join(truth.joints_m) or 'nothing'}, expected at least wrist"
         )
     joints = dict(truth.joints_m)
-    strayed = _without_strays(file, joints, arm)
+    strayed = _without_far_ones(file, joints, arm)
+    joints, leapt = without_strays(file, joints)
+    strayed += leapt
     truth = dataclasses.replace(truth, joints_m=joints)
     return truth, [*strayed, *_held(file, joints["wrist"]), *_check_truth(file, truth, arm), *gaps]
 
@@ -51,7 +54,7 @@ def _held(file: Path, wrist: Array) -> list[str]:
     return [f"{file}: the wrist is at {seen[0].tolist()} m in all of its {len(seen)} rows, expected some movement"]
 
 
-def _without_strays(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list[str]:
+def _without_far_ones(file: Path, joints: dict[str, Array], arm: ArmEntry) -> list[str]:
     """Rows where a marker is far from where it usually is are gaps, not truth.
 
     Returns a word on each joint that has some.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,19 @@ from pytracker.formats.amc import read_amc
 from pytracker.recording.recording import BodyView, Truth
 from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth import POINT_FORMATS, load_points, uncovered, uncovered_between
+from pytracker.recording.truth_strays import without_strays
 from pytracker.recording.upright import TO_Y, to_up
 from pytracker.rotation import Array
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["beside_first_pose", "load_truth", "uncovered_by_truth"]
 
+BONES = (
+    *((f"{side}_shoulder", f"{side}_elbow") for side in ("left", "right")),
+    *((f"{side}_elbow", f"{side}_wrist") for side in ("left", "right")),
+    ("left_shoulder", "right_shoulder"),
+    ("root", "head"),
+)
 LENGTHS = (0.6, 1.5)
 """Times the skeleton's, where joints are joints and metres are metres."""
 NEAR_S = 0.25
@@ -40,8 +48,10 @@ def load_truth(
         raise InputError(f"{path}: truth.file is {entry.file!r}, expected {expected}")
     if suffix != ".amc":
         truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
+        joints, strayed = without_strays(file, truth.joints_m)
+        truth = replace(truth, joints_m=joints)
         _check_lengths(file, truth, skeleton)
-        return truth, None, tuple(unseen)
+        return truth, None, (*unseen, *strayed)
     idle = sorted({"markers", "up"} & entry.model_fields_set)
     if idle:
         raise InputError(f"{path}: truth.{idle[0]} goes with a file of markers, not with an .amc motion")
@@ -74,22 +84,21 @@ def uncovered_by_truth(file: Path, truth: Truth, view: BodyView) -> tuple[str, .
 def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> None:
     """Points that were mixed up, or are in other units, do not have the skeleton's lengths."""
     still = skeleton.joints(np.zeros((1, len(skeleton.channels))))
-    for side in ("left", "right"):
-        for near, far in (("shoulder", "elbow"), ("elbow", "wrist")):
-            a, b = f"{side}_{near}", f"{side}_{far}"
-            if a not in truth.joints_m or b not in truth.joints_m:
-                continue
-            apart = np.linalg.norm(truth.joints_m[a] - truth.joints_m[b], axis=1)
-            if not np.isfinite(apart).any():
-                continue
-            length = float(np.linalg.norm(still[a] - still[b]))
-            low, high = (share * length for share in LENGTHS)
-            middle = float(np.nanmedian(apart))
-            if not low <= middle <= high:
-                raise InputError(
-                    f"{file}: {a} and {b} are {middle:.3g} m apart (median), expected {low:.2f} to {high:.2f} m by the "
-                    "skeleton: check the markers' names, the file's units, and the skeleton"
-                )
+    for a, b in BONES:
+        if a not in truth.joints_m or b not in truth.joints_m:
+            continue
+        apart = np.linalg.norm(truth.joints_m[a] - truth.joints_m[b], axis=1)
+        if not np.isfinite(apart).any():
+            continue
+        length = float(np.linalg.norm(still[a] - still[b]))
+        low, high = (share * length for share in LENGTHS)
+        middle = float(np.nanmedian(apart))
+        if not low <= middle <= high:
+            collar = " (collar bones begin at the neck)" if "elbow" not in a + b else ""
+            raise InputError(
+                f"{file}: {a} and {b} are {middle:.3g} m apart (median), expected {low:.2f} to {high:.2f} m by the "
+                f"skeleton: check the markers' names{collar}, the file's units, and the skeleton"
+            )
 
 
 def beside_first_pose(

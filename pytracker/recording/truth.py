@@ -33,6 +33,11 @@ SAME_RATE = 0.03
 ROUNDED = 0.25
 """The mean of steps that are rounded is so near the usual one, where no frames are missing."""
 
+PAUSES = 2.5
+"""Rows that are so many usual steps apart have others missing between them."""
+LEAST_GONE_S = 0.1
+"""Less is not worth a word."""
+
 UP = {"arm": "z", "body": "y"}
 """Which axis is up, by kind of recording."""
 
@@ -85,18 +90,41 @@ def load_points(
                 )
         measured = [without_filled(file, found, name) for name in names]
         filled |= {name: words for name, (_, words) in zip(names, measured, strict=True)}
-        middle = np.mean([places for places, _ in measured], axis=0)
+        middle = np.mean([_seen_at_all(places) if len(names) > 1 else places for places, _ in measured], axis=0)
         points[joint] = middle @ to_up(entry.up or UP[kind], UP[kind]).T
         gaps[joint] = int(np.isnan(points[joint][:, 0]).sum())
+    if min(gaps.values()) == len(found.time_s):
+        raise InputError(
+            f"{file}: {', '.join(points)} {'is' if len(points) == 1 else 'are'} never seen, expected truth"
+        )
     words = [
         f"{file}: {joint} was not seen in {count} of {len(found.time_s)} frames; they are left out of the scores"
         for joint, count in gaps.items()
         if count
     ]
-    return Truth(time_s=found.time_s + entry.offset_s, joints_m=points, gaps=gaps), [
-        *odd,
-        *(said for of in filled.values() for said in of),
-        *words,
+    seen = {joint: places for joint, places in points.items() if gaps[joint] < len(found.time_s)}
+    time_s = found.time_s + entry.offset_s
+    said = [*odd, *(said for of in filled.values() for said in of), *words, *_missing_rows(file, time_s)]
+    return Truth(time_s=time_s, joints_m=seen, gaps=gaps), said
+
+
+def _seen_at_all(places: Array) -> Array:
+    """One of several markers: what is at (0, 0, 0) in all rows was in none; a joint may be the world's origin."""
+    return places if places.any() else np.full_like(places, np.nan)
+
+
+def _missing_rows(file: Path, time_s: Array) -> list[str]:
+    """A word where rows are missing: between those about them nothing is scored (`Truth.at`)."""
+    steps = np.diff(time_s)
+    if len(steps) < 2:
+        return []
+    k = int(np.argmax(steps))
+    gone_s = float(steps[steps > PAUSES * np.median(steps)].sum())
+    if gone_s < LEAST_GONE_S:
+        return []
+    return [
+        f"{file}: has no rows for {gone_s:.2f} s in all, longest from {time_s[k]:.3f} to {time_s[k + 1]:.3f} s; frames "
+        "between are left out of the scores"
     ]
 
 

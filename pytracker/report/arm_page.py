@@ -10,7 +10,7 @@ from pytracker.methods.arm import Mixture
 from pytracker.report import arm_figures as figures
 from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
-from pytracker.report.page import PageFigure, embedded, not_believed, render
+from pytracker.report.page import PageFigure, embedded, not_believed, of_frames, render
 from pytracker.scores.evaluate import Scores
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.found import found_by
@@ -47,7 +47,8 @@ def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
     if scores is not None:
         wrist = scores.joints["wrist"]
         words += (
-            f" Against the truth the wrist is {100 * wrist.rms_m:.1f} cm off (3-D root mean square), at worst "
+            f" Against the truth{of_frames(wrist.frames, track)} the wrist is {100 * wrist.rms_m:.1f} cm off (3-D root "
+            "mean square), at worst "
             f"{100 * wrist.worst_m:.1f} cm, and the bands hold the truth in "
             f"{', '.join(f'{100 * c:.0f} %' for c in wrist.coverage)} of the frames (x, y, z; 95 % would be ideal)."
         )

@@ -11,7 +11,7 @@ from pytracker.report import body_figures as figures
 from pytracker.report.body_evidence import evidence_pictures
 from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
-from pytracker.report.page import PageFigure, embedded, not_believed, render
+from pytracker.report.page import PageFigure, embedded, not_believed, of_frames, render
 from pytracker.scores.evaluate import Scores, error_by_speed
 from pytracker.tracking.body import BodyTrack
 
@@ -57,9 +57,10 @@ def _summary(track: BodyTrack, label: str, scores: Scores | None) -> str:
     if besides and not alone:
         words += f" {besides} told besides where the arms are."
     if scores is not None:
+        scored = max(joint.frames for joint in scores.joints.values())
         words += (
-            f" Against the truth the {len(scores.joints)} joints are {100 * scores.average_m:.1f} cm off on average "
-            f"(standard deviation {100 * scores.average_sd_m:.1f} cm)."
+            f" Against the truth{of_frames(scored, track)} the {len(scores.joints)} joints are "
+            f"{100 * scores.average_m:.1f} cm off on average (standard deviation {100 * scores.average_sd_m:.1f} cm)."
         )
     return words
 

@@ -15,7 +15,7 @@ from pytracker.report.stretches import stretches_of
 from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.tracks import Track
 
-__all__ = ["PageFigure", "embedded", "filled", "not_believed", "render"]
+__all__ = ["PageFigure", "embedded", "filled", "not_believed", "of_frames", "render"]
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,11 @@ def render(
 def not_believed(track: Track) -> str:
     """A sentence, and a space, where most of a track is not to be believed; else empty."""
     return "In most of them it is not to be believed: see the warnings. " if is_unusable(track) else ""
+
+
+def of_frames(scored: int, track: Track) -> str:
+    """Words, after a space, where the truth covers fewer than all frames; else empty."""
+    return f" of {scored} of them" if scored < len(track.time_s) else ""
 
 
 def filled(template: str, **values: object) -> str:
