@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import struct
 from pathlib import Path
@@ -245,3 +246,14 @@ def test_times_that_are_of_no_frames_count_nothing(tmp_path: Path, times: list[f
     assert frames == [0, 1, 2, 3]
     assert "counted as frames instead" in said[0]
     assert of_times(tmp_path / "k.csv", times, 4) == ([0, 1, 2, 3], ())  # one of each
+
+
+def test_files_that_are_numbered_from_one_and_end_early_are_so_counted(tmp_path: Path) -> None:
+    """A frame late, without a word, where the last file was not the video's last."""
+    for k in range(1, 60):
+        person = {"pose_keypoints_2d": [x for joint in range(25) for x in (100 + joint, 50 + k, 0.9)]}
+        (tmp_path / f"frame_{k:06d}.json").write_text(json.dumps({"people": [person]}))
+    info = VideoInfo(640, 480, 64, 30.0)
+    found = in_pixels(tmp_path, read_keypoints(tmp_path), tmp_path / "v.mp4", info)
+    assert found.frames.tolist() == list(range(59))
+    assert "numbered from 1 to 59: taken to be counted from one" in found.warnings[-1]

@@ -355,3 +355,28 @@ def test_arms_that_a_detector_never_saw_are_named() -> None:
     points[:, :, [KEYPOINTS.index("right_elbow"), KEYPOINTS.index("right_wrist")]] = np.nan
     (said,) = unseen(Path("k.csv"), Keypoints(np.arange(4), points))
     assert "k.csv: keypoints have no right_elbow, right_wrist in any frame" in said
+
+
+def test_confidences_in_per_cent_are_shares_of_one(tmp_path: Path) -> None:
+    """They were all one class: nothing was a guess, and somebody else's points were blamed."""
+    rows = ["left_wrist_x,left_wrist_y,left_wrist_confidence,left_elbow_x,left_elbow_y,left_elbow_confidence"]
+    rows += [f"{100 + k},200,{40 + 2 * k},120,{220 + k},95" for k in range(20)]
+    path = tmp_path / "k.csv"
+    path.write_text("\n".join(rows))
+    found = read_keypoints(path)
+    assert float(np.nanmax(found.points[..., 2])) == pytest.approx(0.95)
+    assert float(np.nanmin(found.points[..., 2])) == pytest.approx(0.4)
+    assert found.warnings == (f"{path}: confidences reach to 95: taken as per cent",)
+
+
+def test_numbered_columns_may_have_a_line_between(tmp_path: Path) -> None:
+    axes = ("x", "y", "z", "visibility")
+    path = tmp_path / "k.csv"
+    path.write_text(
+        ",".join(f"{axis}_{k}" for k in range(33) for axis in axes)
+        + "\n"
+        + ",".join(f"{0.5 + k / 100},{0.4 + k / 100},0,0.9" for k in range(33))
+    )
+    found = read_keypoints(path)
+    assert found.is_share
+    assert np.isfinite(found.points[0, 0, 1:, :2]).all()

@@ -67,9 +67,11 @@ def check_times(path: Path, markers: Markers) -> tuple[str, ...]:
         return ()
     usual_s, mean_s = float(np.median(steps)), float(np.mean(steps))
     if usual_s > SLOWEST_S:
+        counted = "are they frame numbers (then truth.rate_hz says their rate)?"
+        unit = "micro" if usual_s > 1000 * SLOWEST_S else "milli"
         raise InputError(
-            f"{path}: its frames are {usual_s:g} s apart, expected at most {SLOWEST_S} s: are the times in "
-            f"{'micro' if usual_s > 1000 * SLOWEST_S else 'milli'}seconds?"
+            f"{path}: its frames are {usual_s:g} s apart, expected at most {SLOWEST_S} s: "
+            + (counted if usual_s == 1.0 else f"are the times in {unit}seconds?")
         )
     # Rounded to milliseconds each step is off, and their mean is not; where frames are missing it is the other way.
     off = [abs(step_s * markers.rate_hz - 1.0) if markers.rate_hz else 0.0 for step_s in (usual_s, mean_s)]

@@ -7,7 +7,7 @@ import csv
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,9 +41,10 @@ def read_lines(path: Path) -> list[str]:
         if is_utf16:
             raise InputError(f"{path}: begins as UTF-16, and is none from byte {error.start} on") from None
         text = raw.decode("latin-1")
-    if not text.strip():
+    if not text.strip("\0 \t\r\n"):
         raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
-    return text.replace("\r\n", "\n").replace("\r", "\n").rstrip("\n").split("\n")
+    # Loggers write whole blocks, the last filled up with zeros.
+    return text.rstrip("\0\r\n").replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
 def first_line(lines: Sequence[str]) -> int:
@@ -98,6 +99,7 @@ class Table:
         values: `(M, K)`; NaN where a cell is empty.
         lines: line number of every row, from 1 `(M,)`.
         header: names of all columns of the file, also of those that were not read.
+        warnings: what is odd about its end.
     """
 
     path: Path
@@ -105,6 +107,7 @@ class Table:
     values: Float
     lines: NDArray[np.int64]
     header: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def columns(self, *names: str) -> Float | None:
         """The columns named, `(M, len(names))`; None where one of them is not there."""
@@ -114,33 +117,46 @@ class Table:
 
     def without(self, rows: NDArray[np.bool_]) -> Table:
         """The table without the rows marked."""
-        return Table(self.path, self.names, self.values[~rows], self.lines[~rows], self.header)
+        return replace(self, values=self.values[~rows], lines=self.lines[~rows])
 
 
 def parse_table(
-    path: Path, lines: Sequence[str], first: int, names: Sequence[str], delimiter: str, wanted: set[str]
+    path: Path,
+    lines: Sequence[str],
+    first: int,
+    names: Sequence[str],
+    delimiter: str,
+    wanted: set[str],
+    *,
+    may_be_cut: bool = False,
 ) -> Table:
     """Numbers of the `wanted` columns in `lines[first:]`.
 
-    Blank lines are passed over, and rows of empty cells below the last. Raises `InputError` for a row with another
-    number of cells than names, a cell that is no number, or no row.
+    Blank lines and comments (`#`) are passed over, and rows of empty cells below the last; where the file `may_be_cut`,
+    as one of a logger that lost its power, a last row that lacks cells too, with a warning. Raises `InputError` for
+    another row with another number of cells than names, a cell that is no number, or no row.
     """
     kept = [(k, name) for k, name in enumerate(names) if name in wanted]
-    rows, numbers = [], []
-    end = max((k + 1 for k in range(first, len(lines)) if lines[k].strip(EMPTY_ROW)), default=first)
-    for index in range(first, end):
-        line = lines[index]
-        if not line.strip(" "):
-            continue
-        cells = _split_cells(line, delimiter, len(names))
+    at = [k for k in range(first, len(lines)) if lines[k].strip(" ") and not lines[k].startswith("#")]
+    while at and not lines[at[-1]].strip(EMPTY_ROW):
+        at.pop()
+    warnings: tuple[str, ...] = ()
+    if may_be_cut and len(at) > 1:
+        count = len(_split_cells(lines[at[-1]], delimiter, len(names)))
+        if count < len(names):
+            words = f"its last row has {count} cells of {len(names)}: the file is cut short there, the row left out"
+            warnings = (f"{path}:{at.pop() + 1}: {words}",)
+    rows: list[list[float]] = []
+    for index in at:
+        cells = _split_cells(lines[index], delimiter, len(names))
         if len(cells) != len(names):
             raise InputError(f"{path}:{index + 1}: row has {len(cells)} cells, expected {len(names)} as the header has")
         rows.append([number(cells[k], path, index + 1, name) for k, name in kept])
-        numbers.append(index + 1)
     if not rows:
         raise InputError(f"{path}: has a header but no rows, expected at least one sample")
     values = np.array(rows, dtype=np.float64).reshape(len(rows), len(kept))
-    return Table(path, tuple(name for _, name in kept), values, np.array(numbers, dtype=np.int64), tuple(names))
+    numbers = np.array(at, dtype=np.int64) + 1
+    return Table(path, tuple(name for _, name in kept), values, numbers, tuple(names), warnings)
 
 
 def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:

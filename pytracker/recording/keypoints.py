@@ -128,8 +128,12 @@ def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
             f"{path}: {outside.mean():.0%} of the keypoints lie outside the {info.width} x {info.height} px of {video} "
             f"(they reach to {u.max():.0f}, {v.max():.0f}), expected pixels of that video: of another size or clip?"
         )
-    if info.frame_count and frames[0] > 0 and frames[-1] == info.frame_count:
-        frames = frames - 1  # counted from one
+    begins_at_one = keypoints.time_s is None and frames[0] == 1
+    if info.frame_count and (begins_at_one or (frames[0] > 0 and frames[-1] == info.frame_count)):
+        if frames[-1] < info.frame_count:
+            words = f"{path}: its frames are numbered from 1 to {frames[-1]}: taken to be counted from one"
+            odd = (*odd, f"{words}; if frame 0 is not seen, write it with nothing in it")
+        frames = frames - 1
     if info.frame_count and frames[-1] >= info.frame_count:
         raise InputError(
             f"{path}: has frame {frames[-1]}, expected below the {info.frame_count} frames of {video}: another clip?"

@@ -82,6 +82,8 @@ def load_points(
         names = (of_joint,) if isinstance(of_joint, str) else of_joint
         if not names:
             raise InputError(f"{path}: truth.markers.{joint} is empty, expected a marker, or those it is the middle of")
+        # As some files have them, below the name of a subject.
+        names = tuple(name if name in found.positions_m else name.rpartition(":")[2] for name in names)
         for name in names:
             if name not in found.positions_m:
                 raise InputError(

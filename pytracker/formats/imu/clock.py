@@ -13,6 +13,10 @@ __all__ = ["seconds", "unit_of"]
 UNITS_S = ((0.2, 1.0), (200.0, 1e-3), (2e5, 1e-6), (np.inf, 1e-9))
 """Samples that are less than so far apart are counted in this unit, s: no sensor gives fewer than five in a second, or
 more than five in a millisecond."""
+TURNS = tuple(of * 10.0**-k for of in (2.0**32, 86400e6, 2.0**16) for k in (0, 3, 6))
+"""Where counters begin again: of 32 and 16 bits, and of a day, and the same as thousandths and millionths."""
+WHOLE = 1000
+"""No counter turns within so many samples."""
 PAUSES = 50
 """Of so many steps one may be a pause."""
 CALLED = {
@@ -35,16 +39,17 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
     A clock whose unit is not said is in the one that gives a rate that an IMU has. Without a clock rows follow at
     `rate_hz`.
     """
-    clock = table.columns("time_s")
-    if clock is None:
+    column_of_times = table.columns("time_s")
+    if column_of_times is None:
         assert rate_hz is not None
         return np.arange(len(table.lines)) / rate_hz, ()
+    clock, wrapped = _unwrapped(table, column_of_times[:, 0])
     if column is None or column.has_unit:
-        return clock[:, 0] * (1.0 if column is None else column.factor), ()
-    usual, unit_s = unit_of(clock[:, 0], rate_hz)
+        return clock * (1.0 if column is None else column.factor), wrapped
+    usual, unit_s = unit_of(clock, rate_hz)
     is_told = rate_hz is not None and abs(usual * unit_s * rate_hz - 1.0) < RATE_TOLERANCE
     if unit_s == 1.0 or is_told:
-        return clock[:, 0] * unit_s, ()
+        return clock * unit_s, wrapped
     hz = 1.0 / (usual * unit_s)
     words = (
         f"{table.path}: its clock does not say its unit: taken as {CALLED[unit_s]}, of {hz:.4g} Hz; "
@@ -52,7 +57,24 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
     )
     if hz < SLOW_HZ and unit_s in TENTHS:
         words += f". Or is it in {CALLED[TENTHS[unit_s]]}, of {10 * hz:.4g} Hz? rate_hz would say it"
-    return clock[:, 0] * unit_s, (words,)
+    return clock * unit_s, (*wrapped, words)
+
+
+def _unwrapped(table: Table, clock: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """The same, going on where a counter began again at 0; and a word on that."""
+    steps = np.diff(clock)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    out, said = clock.copy(), []
+    for k in np.flatnonzero(steps < 0):
+        is_near = (turn for turn in TURNS if turn > WHOLE * usual and clock[k] > turn - PAUSES * usual)
+        turn = next((turn for turn in is_near if 0 < steps[k] + turn <= PAUSES * usual), None)
+        if turn is not None:
+            out[k + 1 :] += turn
+            said.append(
+                f"{table.path}:{table.lines[k + 1]}: its clock goes from {clock[k]:g} to {clock[k + 1]:g}: "
+                f"taken to have begun again after {turn:.10g}"
+            )
+    return out, tuple(said)
 
 
 def unit_of(clock: NDArray[np.float64], rate_hz: float | None = None) -> tuple[float, float]:

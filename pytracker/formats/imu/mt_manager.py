@@ -67,7 +67,7 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
         raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected one sensor a file")
     if delimiter != ",":
         lines = points_for_commas(lines, first + 1)
-    table = parse_table(path, lines, first + 1, names, delimiter, KNOWN)
+    table = parse_table(path, lines, first + 1, names, delimiter, KNOWN, may_be_cut=True)
     stated = _stated_rate(path, lines[:first])
     if stated is not None and rate_hz is not None and stated != rate_hz:
         raise InputError(
@@ -91,7 +91,7 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
         mag=table.columns(*MAG),
         q_world_sensor=q,
         rate_hz=rate,
-        warnings=(*warnings, *put_back),
+        warnings=(*table.warnings, *warnings, *put_back),
     )
 
 

@@ -109,7 +109,7 @@ def read(
     dated = None if at is None else as_seconds(path, lines, header.first, header.delimiter, at)
     if dated is not None:
         lines, clock = dated, None  # dates say their unit
-    table = parse_table(path, lines, header.first, names, header.delimiter, OURS)
+    table = parse_table(path, lines, header.first, names, header.delimiter, OURS, may_be_cut=True)
 
     def scaled(*group: str) -> NDArray[np.float64] | None:
         values = table.columns(*group)
@@ -133,7 +133,7 @@ def read(
         gyr=scaled(*GYR),
         mag=scaled(*MAG),
         q_world_sensor=table.columns(*QUATERNION),
-        warnings=odd,
+        warnings=(*table.warnings, *odd),
         unread=tuple(name for name in names if name not in OURS),
     )
 

@@ -17,7 +17,10 @@ kept as it is: what it is worth is found from the data (`pytracker.recording.key
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
+
+import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.keypoints.deeplabcut import is_deeplabcut, read_deeplabcut
@@ -28,10 +31,16 @@ from pytracker.formats.keypoints.table import read_table, read_trc_keypoints
 
 __all__ = ["Keypoints", "read_keypoints"]
 
+PER_CENT = 20.0
+"""Half of the points are surer than this only where a confidence is per cent: heights of heat maps reach to some 10."""
+
 
 def read_keypoints(path: Path | str, model: str = "auto") -> Keypoints:
     """Read them. `model` names the order of the joints where a file does not (`MODELS`). Raises `InputError`."""
-    path = Path(path)
+    return _in_shares_of_one(Path(path), _read(Path(path), model))
+
+
+def _read(path: Path, model: str) -> Keypoints:
     if path.is_dir():
         return read_folder(path, model)
     if not path.is_file():
@@ -48,3 +57,15 @@ def read_keypoints(path: Path | str, model: str = "auto") -> Keypoints:
     raise InputError(
         f"{path}: keypoints as {path.suffix or 'such a file'} are not read, expected a folder, .json, .csv, .h5, .trc"
     )
+
+
+def _in_shares_of_one(path: Path, keypoints: Keypoints) -> Keypoints:
+    """The same, confidences that are per cent over 100; and a word on that."""
+    sure = keypoints.points[..., 2]
+    sure = sure[np.isfinite(sure)]
+    if not sure.size or not PER_CENT < float(np.median(sure)) <= 100.0 or float(sure.max()) > 100.0:
+        return keypoints
+    points = keypoints.points.copy()
+    points[..., 2] /= 100.0
+    words = f"{path}: confidences reach to {float(sure.max()):g}: taken as per cent"
+    return dataclasses.replace(keypoints, points=points, warnings=(*keypoints.warnings, words))
