@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import struct
+import zlib
 from fractions import Fraction
 from pathlib import Path
 
@@ -15,7 +17,9 @@ import pytracker as pt
 from pytracker.formats import video, video_write
 from pytracker.formats.container import AviFrames, frames_of_avi, missing_bytes
 from pytracker.formats.transport import span_of_transport
+from pytracker.formats.video import frames
 from pytracker.formats.video_oddities import video_oddities
+from pytracker.formats.video_times import frame_times
 
 
 def write_video(path: Path, count: int = 30, rate: float = 25.0, fourcc: str = "mp4v") -> Path:
@@ -254,3 +258,24 @@ def test_a_folder_of_pictures_says_how_it_becomes_a_video(tmp_path: Path, name: 
         cv2.imwrite(str(tmp_path / "img" / f"{k:04d}.png"), np.zeros((8, 8, 3), dtype=np.uint8))
     with pytest.raises(pt.InputError, match=r"img holds 3 pictures, expected a video, such as ffmpeg makes of them"):
         video.probe(tmp_path / name)
+
+
+AVI_WITH_B_FRAMES = """
+eNoL8nRzc5BgYHAM81Tw8QwOsRBiYMhIKcpJLMvMsGBgYFjQxsiwIpEBDAQ4GRg4IEwGRogIEDKAMToAmfUAKFFcUpQDxGCzyjJTit18A0yQ1Y
+HM4YKyQWYbAvF/IIDJg2wA6k/TALI1oHYJgPVJMIDNYsa02yvUz1sCqIgFyjcwSElmGAWjYBSMglEwCkbBKBgFo2AUjIJRMApGwYgCZQVFBS5I
+fND4A2JcgRGJjRDHNc4BGmtgASrMT8nNAaKMHyM4XEFh8YN5NH2NglEwEgFozDcHWBbm5pdlgsZcDcGijBs+AomtK4UhBSqjAseVXg6GUIYWJh
+EJeyB/M4MAO5DaJnDgMcvs/PsMpOsUPvCY++z+erBOCYjObRMPnLRL+CH/vvlB/T7+xn8/7Nh/v0eWnwSWF+BvfuBgx9/I8MOOhfk96TaLHXjM
+64tm8xQCNk+lis3iBx6zSQNDKzOlwrCBATLGDaqfQGPehkh8OyQ+yPwKIJZA4s9A4oPU70BT/wlNvRAjqnojRoh6AFJMnIA=
+"""
+"""Eight frames of 16 x 16 px at 10 a second, grey levels 20, 45, ..., MPEG-4 with two B-frames; zlib, base 64."""
+
+
+def test_an_avi_with_b_frames_has_times_to_its_end(tmp_path: Path) -> None:
+    """Its last frames have none of their own: it was refused."""
+    path = tmp_path / "b.avi"
+    path.write_bytes(zlib.decompress(base64.b64decode(AVI_WITH_B_FRAMES)))
+    found = list(frames(path))
+    assert [frame.time_s for frame in found] == pytest.approx([k / 10 for k in range(8)])
+    grey = [float(frame.image.mean()) for frame in found]
+    assert np.diff(grey).min() > 15.0
+    assert np.allclose(frame_times(path), [frame.time_s for frame in found])

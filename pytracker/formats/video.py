@@ -18,7 +18,19 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.container import frames_of_avi, missing_bytes, span_s
 
-__all__ = ["MOST_FRAMES", "OPENCV", "Frame", "Image", "VideoInfo", "as_image", "frames", "glimpses", "opened", "probe"]
+__all__ = [
+    "MOST_FRAMES",
+    "OPENCV",
+    "Frame",
+    "Image",
+    "VideoInfo",
+    "as_image",
+    "frames",
+    "glimpses",
+    "opened",
+    "probe",
+    "time_of",
+]
 
 OPENCV: str = cv2.__version__
 """Which OpenCV decodes and draws: another one may give other bits."""
@@ -154,7 +166,7 @@ def frames(path: Path | str) -> Iterator[Frame]:
             ok, image = capture.read()
             if not ok:
                 break
-            time_s = capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0
+            time_s = time_of(path, capture, index, last_s)
             if index == 0:
                 first_s = time_s
             elif time_s <= last_s:
@@ -175,6 +187,17 @@ def frames(path: Path | str) -> Iterator[Frame]:
             f"{path}: decoding stopped after frame {index - 1} at {last_s:.3f} s, expected {promised:.0f} frames "
             f"({duration_s:.3f} s): the file is cut short or damaged"
         )
+
+
+def time_of(path: Path, capture: cv2.VideoCapture, index: int, last_s: float) -> float:
+    """Of the frame that was read, s by the container; `last_s` is of the one before.
+
+    An AVI has no times but the order in which frames are decoded: of the last, which B-frames hold back, there is none.
+    """
+    time_s = float(capture.get(cv2.CAP_PROP_POS_MSEC)) / 1000.0
+    if index and time_s == 0.0 and frames_of_avi(path) is not None and capture.get(cv2.CAP_PROP_FPS) > 0:
+        return last_s + 1.0 / float(capture.get(cv2.CAP_PROP_FPS))
+    return time_s
 
 
 def glimpses(path: Path, count: int) -> Iterator[Frame]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from pytracker.formats.container import frames_of_avi
 from pytracker.formats.matroska import is_matroska
-from pytracker.formats.video import VideoInfo, probe
+from pytracker.formats.video import VideoInfo, probe, time_of
 from pytracker.rotation import Array
 
 __all__ = ["counted", "frame_times"]
@@ -38,9 +38,9 @@ def frame_times(path: Path) -> Array:
 def _frame_times(path: Path, _size: int, _changed: int) -> Array:
     capture = cv2.VideoCapture(str(path))
     try:
-        times = []
+        times: list[float] = []
         while capture.grab():
-            times.append(capture.get(cv2.CAP_PROP_POS_MSEC) / 1000.0)
+            times.append(time_of(path, capture, len(times), times[-1] if times else 0.0))
     finally:
         capture.release()
     found = np.array(times)
