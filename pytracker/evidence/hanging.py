@@ -16,7 +16,7 @@ from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, rotate
 from pytracker.series import runs
 
-__all__ = ["HANGS", "LIES_STILL", "without_hanging", "without_standing"]
+__all__ = ["LIES_STILL", "RESTS", "rests_in_words", "without_hanging", "without_standing"]
 
 HANGS = "the picture stands still while the sensor moves"
 SAME_PX = 0.02
@@ -29,6 +29,8 @@ MOVES_M, MOVES_M_S2 = 0.02, 0.25
 """A wrist that goes so far meanwhile moves, by its sensor, and is pushed about so (RMS): a hand that trembles stays
 where it is, and of one that came to rest just before only the way from there is left."""
 LIES_STILL = "what is taken for the patch lies still while the sensor moves"
+RESTS = {HANGS: "did camera or recorder hang", LIES_STILL: "does another thing of its colour lie there"}
+"""Why a patch that rests is not believed, and what is asked."""
 STANDS_PX, STANDS_S = 3.0, 1.0
 """The centre of what lies still trembles by less, over so long;"""
 STRIDES_M, STRIDES_M_S2 = 0.05, 0.7
@@ -134,6 +136,19 @@ def _moves(imu: Imu, from_s: float, to_s: float, goes_m: float, pushed_m_s2: flo
     time_s = start_s + GRID_S * np.arange(len(way))
     inside = way[(time_s >= from_s) & (time_s <= to_s)]
     return bool(len(inside) and np.linalg.norm(np.ptp(inside, axis=0)) > goes_m)
+
+
+def rests_in_words(track: PatchTrack, why: str) -> str:
+    """Of frames that are not seen for that reason, one of `RESTS`: how many, when, and what is asked; empty of none."""
+    rests = [words == why for words in track.reason]
+    if not any(rests):
+        return ""
+    first, end = max(runs(rests), key=lambda run: run[1] - run[0])
+    from_s, to_s = track.time_s[first], track.time_s[end - 1]
+    return (
+        f"in {sum(rests)} frames, longest from {from_s:.3f} to {to_s:.3f} s of its video, {why}: they are not used, "
+        f"{RESTS[why]}?"
+    )
 
 
 def _unseen(track: PatchTrack, hidden: NDArray[np.bool_], why: str) -> PatchTrack:

@@ -92,12 +92,10 @@ class Truth:
     Attributes:
         time_s: recording time, `(T,)`.
         joints_m: by joint, world, m `(T, 3)`; NaN where it was not seen.
-        gaps: how many rows of each joint were not seen.
     """
 
     time_s: Array
     joints_m: dict[str, Array]
-    gaps: dict[str, int] = field(default_factory=dict)
 
     def at(self, joint: str, time_s: Array) -> Array:
         """Position of `joint` at `time_s` by linear interpolation `(T, 3)`; NaN in a gap, beside one, or outside.

@@ -107,7 +107,7 @@ def load_points(
     seen = {joint: places for joint, places in points.items() if gaps[joint] < len(found.time_s)}
     time_s = found.time_s + entry.offset_s
     said = [*odd, *(said for of in filled.values() for said in of), *words, *_missing_rows(file, time_s)]
-    return Truth(time_s=time_s, joints_m=seen, gaps=gaps), said
+    return Truth(time_s=time_s, joints_m=seen), said
 
 
 def _seen_at_all(places: Array) -> Array:

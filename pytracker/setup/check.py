@@ -14,7 +14,7 @@ import numpy as np
 from pytracker._core import InputError, TrackingError
 from pytracker.evidence.camshift import PatchTrack
 from pytracker.evidence.clocks import find_clock
-from pytracker.evidence.hanging import LIES_STILL, without_standing
+from pytracker.evidence.hanging import LIES_STILL, rests_in_words, without_standing
 from pytracker.evidence.lag import GRID_S, banded, find_lags
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.toml_file import faults_of, read_toml
@@ -26,7 +26,6 @@ from pytracker.recording.load import load
 from pytracker.recording.recording import Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import SCHEMA
 from pytracker.rotation import Array, rotate, triple
-from pytracker.series import runs
 from pytracker.setup.check_body import check_body
 from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_up, check_video, follow
 from pytracker.setup.check_imu import check_imu, check_others
@@ -167,17 +166,11 @@ def _without_standing(sightings: Sightings, log: ImuLog, offset_s: float) -> tup
     imu = Imu(time_s=log.time_s + offset_s, acc=log.acc, q_world_segment=log.q_world_sensor)
     pixels = sightings.pixels[:, 0]
     whole = PatchTrack(sightings.time_s, pixels, sightings.valid, sightings.reasons)
-    lies = np.array([words == LIES_STILL for words in without_standing(whole, imu, 0.0).reason])
-    if not lies.any():
+    rest = without_standing(whole, imu, 0.0)
+    said = rests_in_words(rest, LIES_STILL)
+    if not said:
         return [], sightings
-    first, after = max(runs(lies), key=lambda run: run[1] - run[0])
-    words = (
-        f"in {int(lies.sum())} of {len(lies)} frames, longest from {sightings.time_s[first]:.2f} to "
-        f"{sightings.time_s[after - 1]:.2f} s, {LIES_STILL}: does another thing of its colour lie there? "
-        "They are left out"
-    )
-    rest = Sightings.of(sightings.time_s, np.where(lies[:, None], np.nan, pixels))
-    return [Finding("patch, where it rests", "doubtful", words)], rest
+    return [Finding("patch, where it rests", "doubtful", said)], Sightings.of(sightings.time_s, rest.pixel)
 
 
 def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding], Worn | None]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.evidence.hanging import HANGS, LIES_STILL
-from pytracker.series import runs
+from pytracker.evidence.hanging import RESTS, rests_in_words
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track, where_of
 
@@ -15,8 +14,6 @@ PAUSE_S = 0.5
 """Cameras in dim light take fewer frames; none waits so long."""
 TIMES_USUAL = 5.0
 """Nor so many times as long as usually."""
-RESTS = {HANGS: "did camera or recorder hang", LIES_STILL: "does another thing of its colour lie there"}
-"""Why a patch that rests is not believed, and what is asked."""
 
 
 def of_pauses(track: Track) -> tuple[str, ...]:
@@ -38,16 +35,9 @@ def of_pauses(track: Track) -> tuple[str, ...]:
 
 def of_hanging(track: ArmTrack) -> tuple[str, ...]:
     """A sentence for each camera whose picture hung, or patch stood still, while the sensor moved: it is not used."""
-    found: list[str] = []
-    for number, patch in enumerate(track.sightings.tracks):
-        for why, asks in RESTS.items():
-            rests = [words == why for words in patch.reason]
-            if not any(rests):
-                continue
-            first, end = max(runs(rests), key=lambda run: run[1] - run[0])
-            found.append(
-                f"{where_of(track.recording)}: in {sum(rests)} frames of camera {number}, longest from "
-                f"{patch.time_s[first]:.3f} to {patch.time_s[end - 1]:.3f} s of its video, {why}: they are "
-                f"not used, {asks}?"
-            )
-    return tuple(found)
+    return tuple(
+        f"{where_of(track.recording)}: camera {number}: {words}"
+        for number, patch in enumerate(track.sightings.tracks)
+        for why in RESTS
+        if (words := rests_in_words(patch, why))
+    )
