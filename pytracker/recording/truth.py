@@ -76,38 +76,42 @@ def load_points(
             f"them are {', '.join(joints)}"
         )
     points: dict[str, Array] = {}
-    gaps: dict[str, int] = {}
     filled: dict[str, tuple[str, ...]] = {}
     for joint, of_joint in wanted.items():
-        names = (of_joint,) if isinstance(of_joint, str) else of_joint
-        if not names:
-            raise InputError(f"{path}: truth.markers.{joint} is empty, expected a marker, or those it is the middle of")
-        # As some files have them, below the name of a subject.
-        names = tuple(name if name in found.positions_m else name.rpartition(":")[2] for name in names)
-        for name in names:
-            if name not in found.positions_m:
-                raise InputError(
-                    f"{path}: truth.markers.{joint} is {name!r}, expected a marker of {file}: "
-                    f"{', '.join(found.positions_m)[:300]}"
-                )
+        names = _names_in(path, file, joint, (of_joint,) if isinstance(of_joint, str) else of_joint, found)
         measured = [without_filled(file, found, name) for name in names]
         filled |= {name: words for name, (_, words) in zip(names, measured, strict=True)}
         middle = np.mean([_seen_at_all(places) if len(names) > 1 else places for places, _ in measured], axis=0)
         points[joint] = middle @ to_up(entry.up or UP[kind], UP[kind]).T
-        gaps[joint] = int(np.isnan(points[joint][:, 0]).sum())
-    if min(gaps.values()) == len(found.time_s):
+    rows, unseen = len(found.time_s), {joint: int(np.isnan(places[:, 0]).sum()) for joint, places in points.items()}
+    if min(unseen.values()) == rows:
         raise InputError(
             f"{file}: {', '.join(points)} {'is' if len(points) == 1 else 'are'} never seen, expected truth"
         )
-    words = [
-        f"{file}: {joint} was not seen in {count} of {len(found.time_s)} frames; they are left out of the scores"
-        for joint, count in gaps.items()
+    gaps = [
+        f"{file}: {joint} was not seen in {count} of {rows} frames; they are left out of the scores"
+        for joint, count in unseen.items()
         if count
     ]
-    seen = {joint: places for joint, places in points.items() if gaps[joint] < len(found.time_s)}
     time_s = found.time_s + entry.offset_s
-    said = [*odd, *(said for of in filled.values() for said in of), *words, *_missing_rows(file, time_s)]
+    said = [*odd, *(said for of in filled.values() for said in of), *gaps, *_missing_rows(file, time_s)]
+    seen = {joint: places for joint, places in points.items() if unseen[joint] < rows}
     return Truth(time_s=time_s, joints_m=seen), said
+
+
+def _names_in(path: Path, file: Path, joint: str, names: tuple[str, ...], found: Markers) -> tuple[str, ...]:
+    """Markers of the file whose middle is the joint. Raises `InputError` for none, and one that is not there."""
+    if not names:
+        raise InputError(f"{path}: truth.markers.{joint} is empty, expected a marker, or those it is the middle of")
+    # As some files have them, below the name of a subject.
+    names = tuple(name if name in found.positions_m else name.rpartition(":")[2] for name in names)
+    for name in names:
+        if name not in found.positions_m:
+            raise InputError(
+                f"{path}: truth.markers.{joint} is {name!r}, expected a marker of {file}: "
+                f"{', '.join(found.positions_m)[:300]}"
+            )
+    return names
 
 
 def _seen_at_all(places: Array) -> Array:
