@@ -16,12 +16,12 @@ from pytracker.rotation import Array
 from pytracker.simulate.arm import ArmSimulation
 
 FILE = Path("truth.csv")
+TIME_S = np.arange(0.0, 6.0, 0.01)
 
 
 def arm() -> dict[str, Array]:
     simulation = ArmSimulation(pt.ArmScene(pattern="gesture", duration_s=6.0), 5)
-    time_s = np.arange(0.0, 6.0, 0.01)
-    return {joint: getattr(simulation, joint)(time_s) for joint in ("shoulder", "elbow", "wrist")}
+    return {joint: getattr(simulation, joint)(TIME_S) for joint in ("shoulder", "elbow", "wrist")}
 
 
 @pytest.mark.parametrize(
@@ -38,7 +38,7 @@ def test_rows_of_a_wrist_elsewhere_are_left_out(to: Callable[[dict[str, Array]],
     joints = arm()
     moved = joints | {"wrist": joints["wrist"].copy()}
     moved["wrist"][rows] = to(joints)[rows]
-    kept, said = without_strays(FILE, moved)
+    kept, said = without_strays(FILE, TIME_S, moved)
     odd = np.asarray(np.isnan(kept["wrist"]).all(axis=1))
     assert odd[rows].mean() > 0.9
     assert odd.sum() == odd[rows].sum()
@@ -49,10 +49,27 @@ def test_rows_of_a_wrist_elsewhere_are_left_out(to: Callable[[dict[str, Array]],
     assert f"{int(odd.sum())} of 600 rows are such and are left out" in words
 
 
+@pytest.mark.parametrize("rows", [slice(200, 400), slice(0, 100), slice(450, 600)])
+@pytest.mark.parametrize("step", [1, 4])
+def test_joints_that_are_exchanged_for_a_while_are_left_out(rows: slice, step: int) -> None:
+    """3 s of 20 in which elbow and wrist were: 10 cm for 4, without a word, as no bone is of an odd length."""
+    joints = arm()
+    joints["elbow"][rows], joints["wrist"][rows] = joints["wrist"][rows].copy(), joints["elbow"][rows].copy()
+    kept, said = without_strays(FILE, TIME_S[::step], {joint: points[::step] for joint, points in joints.items()})
+    odd = np.zeros(600, dtype=bool)
+    odd[rows] = True
+    for joint in ("elbow", "wrist"):
+        assert np.array_equal(np.isnan(kept[joint]).any(axis=1), odd[::step])
+    assert np.isfinite(kept["shoulder"]).all()
+    (words,) = said
+    assert "elbow and wrist stand in each other's place" in words
+    assert f"longest from {TIME_S[::step][odd[::step]][0]:.3f} to" in words
+
+
 def test_an_elbow_that_leaps_takes_what_hangs_on_it_alone() -> None:
     joints = arm()
     joints["elbow"][50:60] += [0.0, 0.0, 1.0]
-    kept, said = without_strays(FILE, joints)
+    kept, said = without_strays(FILE, TIME_S, joints)
     assert [int(np.isnan(kept[joint][:, 0]).sum()) for joint in ("shoulder", "elbow", "wrist")] == [10, 10, 10]
     assert len(said) == 3
 
@@ -60,8 +77,9 @@ def test_an_elbow_that_leaps_takes_what_hangs_on_it_alone() -> None:
 def test_what_was_measured_stays(shared: Callable[[str], Path]) -> None:
     """Joints of people that were found without markers, whose lengths vary most."""
     for folder in sorted(shared("recordings").glob("people-gesture-*")):
-        joints = read_truth_csv(folder / "truth.csv").positions_m
-        kept, said = without_strays(FILE, joints)
+        markers = read_truth_csv(folder / "truth.csv")
+        joints = markers.positions_m
+        kept, said = without_strays(FILE, markers.time_s, joints)
         assert said == []
         assert all(np.array_equal(kept[joint], joints[joint], equal_nan=True) for joint in joints)
 

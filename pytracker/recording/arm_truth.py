@@ -40,7 +40,7 @@ def load_truth(folder: Path, path: Path, entry: TruthEntry, arm: ArmEntry) -> tu
         )
     joints = dict(truth.joints_m)
     strayed = _without_far_ones(file, joints, arm)
-    joints, leapt = without_strays(file, joints)
+    joints, leapt = without_strays(file, truth.time_s, joints)
     strayed += leapt
     truth = dataclasses.replace(truth, joints_m=joints)
     return truth, [*strayed, *_held(file, joints["wrist"]), *_check_truth(file, truth, arm), *gaps]

@@ -48,7 +48,7 @@ def load_truth(
         raise InputError(f"{path}: truth.file is {entry.file!r}, expected {expected}")
     if suffix != ".amc":
         truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
-        joints, strayed = without_strays(file, truth.joints_m)
+        joints, strayed = without_strays(file, truth.time_s, truth.joints_m)
         truth = replace(truth, joints_m=joints)
         _check_lengths(file, truth, skeleton)
         return truth, None, (*unseen, *strayed)
