@@ -89,6 +89,25 @@ def test_conventions_are_found_and_read(conventions: Conventions, simulated: Pat
     assert same == pytest.approx(1.0, abs=1e-5)
 
 
+@pytest.mark.parametrize("unit", get_args(GyrUnit))
+@pytest.mark.parametrize("acc_unit", get_args(AccUnit))
+def test_without_a_quaternion_gravity_tells_the_units(
+    acc_unit: AccUnit, unit: GyrUnit, simulated: Path, tmp_path: Path
+) -> None:
+    """Only the acceleration's was written, and the file refused for its turn rate (ActiGraph: g and deg/s)."""
+    rows = otherwise(rows_of(simulated), Conventions(acc_unit=acc_unit, gyr_unit=unit))
+    path = tmp_path / "imu.csv"
+    header = COLUMNS.split(",q_w", maxsplit=1)[0]
+    np.savetxt(path, rows[:, : QUATERNION.start], "%.7f", ",", header=header, comments="")
+    found = find_conventions(read_imu(path))
+    assert (found.conventions.acc_unit, found.conventions.gyr_unit) == (acc_unit, unit)
+    # What is as usual may be told or not: it is taken as it is.
+    assert found.unknown == () or unit == "rad/s"
+    rows[:, ACC], rows[:, GYR] = [0.0, 0.0, 9.8], 0.001
+    np.savetxt(path, rows[:, : QUATERNION.start], "%.7f", ",", header=header, comments="")
+    assert "gyr_unit" in find_conventions(read_imu(path)).unknown
+
+
 def test_a_sensor_that_does_not_turn_tells_no_quaternion(tmp_path: Path) -> None:
     rows = np.zeros((500, 11))
     rows[:, 0] = np.arange(500) / 50

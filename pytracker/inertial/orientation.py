@@ -12,7 +12,7 @@ from pytracker.inertial.bias import BY_GRAVITY, bias_at_rest, bias_by_gravity
 from pytracker.inertial.gravity import WINDOW_S, check_up, check_windows, unsteadiness
 from pytracker.inertial.log import ImuLog
 
-__all__ = ["orient"]
+__all__ = ["LEAST_UNSTEADY", "STEADIER", "orient", "unsteadiness_by_gyroscope"]
 
 Float = NDArray[np.float64]
 
@@ -71,6 +71,15 @@ def orient(log: ImuLog) -> ImuLog:
     _check_gyroscope(oriented, bias)
     up = check_up(oriented, "computed from the gyroscope: is gyr in rad/s, and in the axes of acc?")
     return dataclasses.replace(oriented, warnings=(*oriented.warnings, *(up or check_windows(oriented))))
+
+
+def unsteadiness_by_gyroscope(log: ImuLog) -> float:
+    """How far gravity goes from its place in the world by an orientation that is computed, m/s² (`unsteadiness`).
+
+    Of a log with a gyroscope and an accelerometer, in our terms.
+    """
+    assert log.gyr is not None
+    return unsteadiness(dataclasses.replace(log, q_world_sensor=_by_vqf(log, log.gyr, None)))
 
 
 def _magnetometer(log: ImuLog) -> tuple[Float | None, str]:

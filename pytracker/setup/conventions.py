@@ -15,9 +15,10 @@ from typing import get_args
 import numpy as np
 
 from pytracker.inertial.agreement import turns
-from pytracker.inertial.conventions import Conventions, Direction, Order, in_our_terms
+from pytracker.inertial.conventions import Conventions, Direction, GyrUnit, Order, in_our_terms
 from pytracker.inertial.gravity import GRAVITY, unsteadiness
 from pytracker.inertial.log import ImuLog
+from pytracker.inertial.orientation import LEAST_UNSTEADY, STEADIER, unsteadiness_by_gyroscope
 from pytracker.rotation import rotate
 
 __all__ = ["FoundConventions", "find_conventions"]
@@ -59,17 +60,17 @@ def find_conventions(log: ImuLog) -> FoundConventions:
     if log.acc is not None:
         size = float(np.nanmedian(np.linalg.norm(log.acc, axis=1)))
         words["acc_unit"] = f"the specific force has a median length of {size:.3g}"
-        if IN_G[0] < size < IN_G[1]:
-            conventions = dataclasses.replace(conventions, acc_unit="g")
-        elif not IN_SI[0] < size < IN_SI[1]:
-            unknown.append("acc_unit")
+        is_g = IN_G[0] < size < IN_G[1]
+        conventions = Conventions(acc_unit="g" if is_g else "m/s2")
+        unknown += [] if is_g or IN_SI[0] < size < IN_SI[1] else ["acc_unit"]
     if not _has_times(log):
         others = ("gyr_unit", "quaternion", "quaternion_takes", "earth")
         words |= dict.fromkeys(others, "the times are no times of one recording")
         return FoundConventions(conventions, (*unknown, *others), words)
     if log.q_world_sensor is None:
-        words["gyr_unit"] = "there is no orientation in the file to compare it with"
-        return FoundConventions(conventions, (*unknown, *(["gyr_unit"] if log.gyr is not None else [])), words)
+        conventions, is_told, words["gyr_unit"] = _unit_by_gravity(log, conventions)
+        unknown += [] if is_told or log.gyr is None else ["gyr_unit"]
+        return FoundConventions(conventions, tuple(unknown), words)
     by_turns = log.gyr is not None and _turned(log) > LEAST_TURN_RAD
     conventions, sure, said = _by_gyroscope(log, conventions) if by_turns else _by_gravity(log, conventions)
     words |= dict.fromkeys(("gyr_unit", "quaternion", "quaternion_takes"), said)
@@ -126,6 +127,25 @@ def _by_gyroscope(log: ImuLog, conventions: Conventions) -> tuple[Conventions, b
         f"direction), the gyroscope {ratio:.3g} times as much"
     )
     return best, cosine > ALIKE and 1 - second > APART[0] + APART[1] * (1 - cosine), words
+
+
+def _unit_by_gravity(log: ImuLog, conventions: Conventions) -> tuple[Conventions, bool, str]:
+    """With the gyroscope's unit that leaves gravity where it is; whether that tells, and words.
+
+    Degrees that are taken for radians turn it all about; what is 57 times too small hardly does.
+    """
+    if log.gyr is None or log.acc is None or not (np.isfinite(log.gyr).all() and np.isfinite(log.acc).all()):
+        return conventions, False, "there is nothing to compare it with"
+    units: tuple[GyrUnit, ...] = get_args(GyrUnit)
+    found = [dataclasses.replace(conventions, gyr_unit=unit) for unit in units]
+    off = [unsteadiness_by_gyroscope(in_our_terms(log, one)) for one in found]
+    best, other = sorted(range(len(off)), key=lambda k: off[k])
+    is_told = off[other] > LEAST_UNSTEADY and off[best] < STEADIER * off[other]
+    words = (
+        f"by an orientation computed from it gravity varies by {off[best]:.2f} m/s², by {off[other]:.2f} in "
+        f"{units[other]}"
+    )
+    return found[best] if is_told else conventions, is_told, words
 
 
 def _pairs(a: np.ndarray, b: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
