@@ -109,7 +109,7 @@ pub enum Error {
     },
     /// No particle explains the observation: every weight is zero.
     #[error(
-        "all {particles} particle weights are zero at {time_s} s (layer {layer}), expected at least one \
+        "all {particles} particle weights are zero at {time_s:.3} s (layer {layer}), expected at least one \
          particle that the observation allows"
     )]
     AllWeightsZero {
@@ -131,13 +131,13 @@ pub enum Error {
         lost_at_s: f64,
     },
     /// The estimate is no longer a number, or lies where the patch cannot be seen.
-    #[error("the estimate at {time_s} s is not finite or behind a camera that sees the patch: the track ran away")]
+    #[error("the estimate at {time_s:.3} s is not finite or behind a camera that sees the patch: the track ran away")]
     RanAway {
         /// Recording time, s.
         time_s: f64,
     },
     /// For long the estimate has been what no arm can do, or nothing that was seen bears it out.
-    #[error("{why}, for {lasted_s:.2} s up to {time_s} s: the track ran away")]
+    #[error("{why}, for {lasted_s:.2} s up to {time_s:.3} s: the track ran away")]
     Implausible {
         /// Recording time, s.
         time_s: f64,
@@ -147,7 +147,7 @@ pub enum Error {
         lasted_s: f64,
     },
     /// A matrix that must be invertible is not.
-    #[error("innovation covariance is singular at {time_s} s, expected a positive definite matrix")]
+    #[error("innovation covariance is singular at {time_s:.3} s, expected a positive definite matrix")]
     Singular {
         /// Recording time, s.
         time_s: f64,
