@@ -10,14 +10,14 @@ import multiprocessing
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pytracker._core import InputError, TrackingError
 from pytracker.methods.method import Method
 from pytracker.outcomes import Outcome, check_index, read_outcomes, run_of, table_of
-from pytracker.output import MADE_HERE, write_whole
+from pytracker.output import MADE_HERE, check_target, write_whole
 from pytracker.recording.load import load
 from pytracker.recording.recording import Recording
 from pytracker.report.metadata import read_run
@@ -45,7 +45,7 @@ class _Task:
         page: whether a page is drawn.
         force: whether what is there is replaced.
         threads: at most so many; None for all.
-        earlier: what an earlier run found, where it is not done again.
+        earlier: what an earlier run found.
     """
 
     folder: Path
@@ -79,58 +79,84 @@ def track_all(
     """
     check_index(out, force=force)
     out.mkdir(parents=True, exist_ok=True)
+    folders = list({folder.resolve(): folder for folder in folders}.values())
     earlier, threads = read_outcomes(out), None if jobs == 1 else 1
-    known = {} if force else {folder: replace(found, recording=folder) for folder, found in _of(folders, earlier)}
+    known = {folder: replace(found, recording=folder) for folder, found in _of(folders, earlier)}
     tasks = [
         _Task(folder, out, name, method_of, seed, page, force, threads, known.get(folder))
         for folder, name in zip(folders, _names(folders, earlier), strict=True)
     ]
-    outcomes = []
+    outcomes: list[Outcome] = []
     with closing(_all_done(tasks, jobs)) as found:
         for outcome in found:
             outcomes.append(outcome)
+            _write_tables(out, outcomes, earlier)
             if done is not None:
                 done(outcome)
-    results, places = {one.result for one in outcomes}, {folder.resolve() for folder in folders}
+    return outcomes
+
+
+def _write_tables(out: Path, outcomes: Sequence[Outcome], earlier: Mapping[Path, Outcome]) -> None:
+    """Of what is done so far, and what an earlier run left of others: whoever stops it loses none of it."""
+    results, places = {one.result for one in outcomes}, {one.recording.resolve() for one in outcomes}
     others = [one for where, one in earlier.items() if where not in places and one.result not in results]
     listed = [*outcomes, *others]
     write_whole(out / "index.csv", table_of(listed, out))
     write_whole(out / "index.html", filled("batch.html", title="Recordings", outcomes=listed))
-    return outcomes
 
 
 def _of(folders: Sequence[Path], earlier: Mapping[Path, Outcome]) -> Iterator[tuple[Path, Outcome]]:
     return ((folder, earlier[folder.resolve()]) for folder in folders if folder.resolve() in earlier)
 
 
-def _all_done(tasks: Sequence[_Task], jobs: int) -> Generator[Outcome]:
-    """What became of each, in their order. A process that is killed, such as for its memory, stops no other."""
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context) as pool:
-        futures = [pool.submit(_one, task) for task in tasks]
+@contextmanager
+def _workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that do the work. Whoever stops it does not wait for the recordings in flight."""
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
         try:
-            for task, future in zip(tasks, futures, strict=True):
-                try:
-                    yield future.result()
-                except BrokenProcessPool:
-                    yield _alone(task)
+            yield pool
         except BaseException:
-            # Whoever stops it does not wait for the recordings in flight.
             pool.shutdown(wait=False, cancel_futures=True)
             for child in multiprocessing.active_children():
                 child.terminate()
             raise
 
 
+def _all_done(tasks: Sequence[_Task], jobs: int) -> Generator[Outcome]:
+    """What became of each, in their order. A process that is killed, such as for its memory, stops no other.
+
+    All that are at work end with it: of them the first is done by itself, and the others anew.
+    """
+    left = list(tasks)
+    while left:
+        with _workers(jobs) as pool:
+            for future in [pool.submit(_one, task) for task in left]:
+                try:
+                    outcome = future.result()
+                except BrokenProcessPool:
+                    break
+                left.pop(0)
+                yield outcome
+        if left:
+            yield _alone(left.pop(0))
+
+
 def _alone(task: _Task) -> Outcome:
     """Of one whose process was killed, or another's beside it: once more, by itself."""
-    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with _workers(1) as pool:
         try:
             return pool.submit(_one, task).result()
         except BrokenProcessPool:
-            return Outcome(
-                task.folder, said=("its process was killed: is there too little memory for it?",), failed=True
-            )
+            words = "its process was killed, or did not start: is there too little memory for it?"
+            return _failed(task, words)
+
+
+def _failed(task: _Task, why: str) -> Outcome:
+    """Without a new result; what an earlier run found of it stays."""
+    if task.earlier is not None:
+        return replace(task.earlier, stale=f"{why}; {task.name} holds what an earlier run found")
+    left = (f"{task.name} holds what an earlier run found",) if _is_result(task.out / task.name) else ()
+    return Outcome(task.folder, said=(why, *left), failed=True)
 
 
 def _names(folders: Sequence[Path], earlier: Mapping[Path, Outcome]) -> list[str]:
@@ -149,10 +175,12 @@ def _names(folders: Sequence[Path], earlier: Mapping[Path, Outcome]) -> list[str
 def _one(task: _Task) -> Outcome:
     folder, out, name = task.folder, task.out, task.name
     try:
+        if task.earlier is None:
+            check_target(out / name, force=task.force)  # before the work, not after it
         recording = load(folder)
         method = task.method_of(recording)
         run = run_of(method, task.seed)
-        if task.earlier is not None:
+        if task.earlier is not None and not task.force:
             return _as_it_was(task.earlier, out / name, recording, run)
         try:
             result: Track = track(recording, method, task.seed, threads=task.threads)
@@ -162,8 +190,7 @@ def _one(task: _Task) -> Outcome:
             result = error.track
         write_report([result], out / name, force=task.force, page=task.page)
     except (InputError, TrackingError, OSError, MemoryError) as error:
-        left = (f"{name} holds what an earlier run found",) if task.earlier or _is_result(out / name) else ()
-        return Outcome(folder, said=(str(error) or type(error).__name__, *left), failed=True)
+        return _failed(task, str(error) or type(error).__name__)
     doubts = (*result.doubts, *disagreement(result, recording.truth))
     said = (*((result.lost,) if result.lost else ()), *unbelieved(result), *recording.warnings, *doubts)
     failed = bool(result.lost) or is_unusable(result)
@@ -181,7 +208,7 @@ def _as_it_was(earlier: Outcome, result: Path, recording: Recording, run: str) -
         why = "by another method, other settings or another seed" if earlier.run not in ("", run) else ""
     except InputError as error:
         why = str(error)
-    return replace(earlier, said=(f"is what it was: {why}", *earlier.said), failed=True) if why else earlier
+    return replace(earlier, stale=f"{why}; --force does it again" if why else "")
 
 
 def _error_m(result: Track) -> float | None:

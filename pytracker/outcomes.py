@@ -22,6 +22,8 @@ COLUMNS = ("recording", "result", "failed", "frames", "valid", "error_m", "said"
 OLDER = COLUMNS[:-1]
 """Those of a table that does not say of which run its rows are."""
 BETWEEN = " | "
+STALE, STALE_AND_FAILED = "of an earlier run, another than this: ", "of an earlier run, which had failed: "
+"""How what is said of a stale one begins, which was of use, or was not."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,7 @@ class Outcome:
         failed: whether there is no whole track, or one of which most frames are not valid.
         run: what stands for method, settings and seed (`run_of`); empty where it is not known.
         is_earlier: whether an earlier run left it.
+        stale: why it is not what this run would have found, where an earlier one left it and it stays.
     """
 
     recording: Path
@@ -49,11 +52,18 @@ class Outcome:
     failed: bool = False
     run: str = ""
     is_earlier: bool = False
+    stale: str = ""
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether there is no track of use of this run."""
+        return self.failed or bool(self.stale)
 
     @property
     def words(self) -> tuple[str, ...]:
         """All that is said of it, whether it is of an earlier run too."""
-        return (EARLIER, *self.said) if self.is_earlier else self.said
+        stale = f"{STALE_AND_FAILED if self.failed else STALE}{self.stale}" if self.stale else EARLIER
+        return (stale, *self.said) if self.is_earlier else self.said
 
 
 def table_of(outcomes: Sequence[Outcome], out: Path) -> str:
@@ -63,7 +73,7 @@ def table_of(outcomes: Sequence[Outcome], out: Path) -> str:
     writer.writerow(COLUMNS)
     for one in outcomes:
         error = "" if one.error_m is None else f"{one.error_m:.4f}"
-        cells = one.result, one.failed, one.frames, f"{one.valid:.4f}", error, BETWEEN.join(one.words)
+        cells = one.result, one.has_failed, one.frames, f"{one.valid:.4f}", error, BETWEEN.join(one.words)
         where = _plain(_seen_from(out, one.recording))
         writer.writerow([_plain(one.recording.resolve().name), *cells, where, one.run])
     return text.getvalue()
@@ -92,7 +102,7 @@ def check_index(out: Path, *, force: bool) -> None:
 
 def _header(path: Path) -> list[str]:
     try:
-        with path.open(encoding="utf-8") as file:
+        with path.open(encoding="utf-8-sig") as file:
             return file.readline().rstrip("\r\n").split(",")
     except (OSError, ValueError):
         return []
@@ -101,7 +111,7 @@ def _header(path: Path) -> list[str]:
 def read_outcomes(out: Path) -> dict[Path, Outcome]:
     """What an earlier run said of results that are still in `out`, by their recordings; empty where none has been."""
     try:
-        rows = list(csv.DictReader((out / "index.csv").read_text(encoding="utf-8").splitlines()))
+        rows = list(csv.DictReader((out / "index.csv").read_text(encoding="utf-8-sig").splitlines()))
         found = [_of_row(out, row) for row in rows if row["result"] and (out / row["result"]).is_dir()]
     except (OSError, KeyError, ValueError, TypeError):
         return {}  # none of ours: it is written anew
@@ -110,14 +120,17 @@ def read_outcomes(out: Path) -> dict[Path, Outcome]:
 
 def _of_row(out: Path, row: dict[str, str]) -> Outcome:
     said = row["said"].split(BETWEEN) if row["said"] else []
+    # What was stale then may be right for this run.
+    was_of_use = any(words.startswith(STALE) for words in said)
+    starts = (EARLIER, STALE, STALE_AND_FAILED)
     return Outcome(
         recording=out / row["folder"].removeprefix("'"),
         result=row["result"],
         frames=int(row["frames"]),
         valid=float(row["valid"]),
         error_m=float(row["error_m"]) if row["error_m"] else None,
-        said=tuple(words for words in said if words != EARLIER),
-        failed=row["failed"] == "True",
+        said=tuple(words for words in said if not words.startswith(starts)),
+        failed=row["failed"] == "True" and not was_of_use,
         run=row.get("run") or "",
         is_earlier=True,
     )

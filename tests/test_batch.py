@@ -138,6 +138,15 @@ def test_a_result_of_other_files_or_another_method_is_told_and_stays(tmp_path: P
     (two / "recording.toml").write_text(text)
     assert all("by another method, other settings or another seed" in words for words in run("--method", "layered"))
     assert (out / "two" / "track.csv").read_bytes() == track
+    # As it was asked for at first it is as right as then.
+    assert run() == ["of an earlier run; --force does it again"] * 2
+    assert [row[2] for row in rows_of(out)] == ["False", "False"]
+    gone = one.rename(tmp_path / "gone")
+    first, second = run()
+    assert "one holds what an earlier run found" in first
+    assert rows_of(out)[0][:3] == ("one", "one", "True")
+    gone.rename(one)
+    assert run() == ["of an earlier run; --force does it again"] * 2
     assert run("--method", "layered", "--force") == ["", ""]
     assert (out / "two" / "track.csv").read_bytes() != track
 
@@ -152,6 +161,10 @@ def test_another_recording_of_the_same_name_takes_nothing_from_an_earlier_one(tm
         done = CliRunner().invoke(app, ["track", *files, "--out", str(out), "--no-report", "--quiet", "--force"])
         assert done.exit_code == 0, done.output
     assert [row[:2] for row in rows_of(out)] == [("one", "one-2"), ("two", "two"), ("one", "one")]
+    twice = [str(one), f"{one}/../one", str(two)]
+    done = CliRunner().invoke(app, ["track", *twice, "--out", str(tmp_path / "b"), "--no-report", "--quiet"])
+    assert done.exit_code == 0, done.output
+    assert [row[:2] for row in rows_of(tmp_path / "b")] == [("one", "one"), ("two", "two")]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -160,7 +173,7 @@ def test_a_process_that_is_killed_stops_no_other(tmp_path: Path) -> None:
     folders = [pt.simulate_arm(tmp_path / name, pt.ArmScene(duration_s=2.0), 1) for name in ("one", "two", "three")]
     found = batch.track_all(folders, tmp_path / "out", killed_by_two, page=False)
     assert [(one.recording.name, one.failed) for one in found] == [("one", False), ("two", True), ("three", False)]
-    assert found[1].said == ("its process was killed: is there too little memory for it?",)
+    assert found[1].said == ("its process was killed, or did not start: is there too little memory for it?",)
 
 
 def killed_by_two(recording: pt.Recording) -> Method:

@@ -62,11 +62,25 @@ def test_what_passes_is_not_the_patch(tmp_path: Path) -> None:
     assert np.abs(patch.pixels - alone.pixels)[seen].max() < 2.0
 
 
+def test_a_patch_that_begins_near_the_camera_is_itself(tmp_path: Path) -> None:
+    """What is larger at first, or often, does not pass: it goes away, or turns."""
+    path = tmp_path / "video.mp4"
+    with VideoWriter(path, "mp4v", 25.0, SIZE) as writer:
+        for k in range(200):
+            image = np.full((SIZE[1], SIZE[0], 3), 90, np.uint8)
+            half = 13 if k < 20 else 6
+            u, v = 160 + round(40 * np.cos(k / 10)), 140 + round(30 * np.sin(k / 10))
+            cv2.rectangle(image, (u - half, v - half), (u + half, v + half), GREEN, -1)
+            writer.write(image)
+    (patch,) = find_candidates(path)
+    assert np.isfinite(patch.pixels).all()
+
+
 @pytest.mark.parametrize("is_known", [True, False])
 def test_a_shirt_is_no_patch(is_known: bool, tmp_path: Path) -> None:
     """Where it is known how far the shoulder is, and the focal length, so is how large a thing is."""
     filmed(tmp_path / "video.mp4", passing=False, patch=False)
-    pose = "matrix = [[350, 0, 160], [0, 350, 120], [0, 0, 1]]\nrotation = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]\n"
+    pose = "matrix = [[300, 0, 160], [0, 300, 120], [0, 0, 1]]\nrotation = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]\n"
     pose += "translation_m = [0, 0, 2]\n[arm]\nshoulder_m = [0, 0, 0]\n"
     start = f'schema = 1\nkind = "arm"\n[[camera]]\nvideo = "video.mp4"\n{pose if is_known else ""}'
     (tmp_path / "recording.toml").write_text(start)
@@ -78,7 +92,14 @@ def test_a_shirt_is_no_patch(is_known: bool, tmp_path: Path) -> None:
         (tmp_path / "recording.toml").write_text(shirt)
         said, _ = check_patch(Draft(tmp_path), None, None)
         assert said.verdict == "doubtful"
-        assert "0.28 m in size" in said.evidence
+        assert "0.23 m in size at least, expected at most 0.2" in said.evidence
+        for odd in ("[1, 2, 3]", "[100, 100, -30, 30]"):
+            (tmp_path / "recording.toml").write_text(start.replace("[arm]", f"patch_box = {odd}\n[arm]"))
+            assert check_patch(Draft(tmp_path), None, None)[0].verdict == "right"  # its shape is said as it loads
+    else:
+        return
+    (tmp_path / "recording.toml").write_text(start)
+    assert "but what is larger than 0.2 m (1 such)" in check_patch(Draft(tmp_path), None, None)[0].evidence
 
 
 @pytest.mark.parametrize("hue", [0, 10, 60, 170])

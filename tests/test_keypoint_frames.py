@@ -257,3 +257,9 @@ def test_files_that_are_numbered_from_one_and_end_early_are_so_counted(tmp_path:
     found = in_pixels(tmp_path, read_keypoints(tmp_path), tmp_path / "v.mp4", info)
     assert found.frames.tolist() == list(range(59))
     assert "numbered from 1 to 59: taken to be counted from one" in found.warnings[-1]
+    # Of a list, or rows of a table, a frame in which nobody is seen may be left out, as the first here.
+    path = tmp_path / "k.csv"
+    path.write_text("\n".join([f"frame,{PLAIN}", *(f"{k},100,50,120,90" for k in range(1, 60))]))
+    for count in (60, 64):
+        info = VideoInfo(640, 480, count, 30.0)
+        assert in_pixels(path, read_keypoints(path), tmp_path / "v.mp4", info).frames.tolist() == list(range(1, 60))

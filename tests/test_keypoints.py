@@ -369,6 +369,16 @@ def test_confidences_in_per_cent_are_shares_of_one(tmp_path: Path) -> None:
     assert found.warnings == (f"{path}: confidences reach to 95: taken as per cent",)
 
 
+def test_columns_that_name_joints_come_before_numbered_ones(tmp_path: Path) -> None:
+    numbered = [f"{axis}{k}" for k in range(17) for axis in "xy"]
+    path = tmp_path / "k.csv"
+    path.write_text(
+        ",".join(["left_wrist_x", "left_wrist_y", *numbered]) + "\n" + ",".join(["100", "200", *["0.5"] * 34])
+    )
+    left_wrist = read_keypoints(path).points[0, 0, KEYPOINTS.index("left_wrist")]
+    assert left_wrist[:2].tolist() == [100.0, 200.0]
+
+
 def test_numbered_columns_may_have_a_line_between(tmp_path: Path) -> None:
     axes = ("x", "y", "z", "visibility")
     path = tmp_path / "k.csv"

@@ -306,5 +306,9 @@ def test_who_bends_where_they_stand_goes_nowhere(noise_px: float) -> None:
     keypoints = Keypoints(frames=np.arange(len(rows)), points=points)
     bends = replace(recording, view=replace(recording.view, keypoints=keypoints))
     assert not distance_changes(bends)
+    # Who sits down has their hips lower, and the trunk leans.
+    points[bent, ..., 1] += 0.6 * np.linalg.norm(neck - root, axis=-1)[..., 0].mean()
+    keypoints = Keypoints(frames=np.arange(len(rows)), points=points)
+    assert not distance_changes(replace(recording, view=replace(recording.view, keypoints=keypoints)))
     assert distance_changes(recording_of(poses(90, root_tz=-np.linspace(0.0, 1.5, 90))))
     assert distance_changes(recording_of(poses(90, root_tz=np.linspace(0.0, 0.7, 90))))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+from captured_arm import CapturedArm, captured
 
 import pytracker as pt
+from pytracker.rotation import triple
 from pytracker.setup.check_worn import check_worn
 from pytracker.setup.worn import Worn, lags_of, weighed
 from pytracker.simulate.arm import ArmSimulation
@@ -49,6 +53,29 @@ def test_frames_without_samples_tell_no_mount_from_another() -> None:
     assert weighed(cut, sightings, across).log_evidence < best - 200.0
     never = dataclasses.replace(true, offset_s=100.0)
     assert weighed(cut, sightings, never).log_evidence < best - 1000.0
+
+
+@pytest.mark.parametrize("turned_deg", [-2.0, -3.0])
+def test_of_a_camera_that_is_turned_nothing_is_called_mirrored(
+    turned_deg: float, shared: Callable[[str], Path]
+) -> None:
+    """Of two explanations that are both none the mirrored one was better, and a right video would be turned over."""
+    simulation = CapturedArm(*captured(shared("data").parent, "49_18 L"), 1)
+    recording = simulation.recording()
+    camera = recording.views[0].camera
+    c, s = np.cos(np.radians(turned_deg)), np.sin(np.radians(turned_deg))
+    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+    x, y, z = (triple(row) for row in turn @ np.array(camera.rotation))
+    translation_m = triple(turn @ np.array(camera.translation_m))
+    turned = dataclasses.replace(camera, rotation=(x, y, z), translation_m=translation_m)
+    recording = dataclasses.replace(recording, views=(dataclasses.replace(recording.views[0], camera=turned),))
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    given = Worn(0.0, 0.0, np.array([0.0, 1.0, 0.0]))
+    found, worn = check_worn(recording, sightings, given, (False, False, False), 640)
+    (said,) = (finding for finding in found if finding.what == "picture")
+    assert worn is None
+    assert "neither as it is nor mirrored" in said.evidence
+    assert "check the camera's pose" in said.evidence
 
 
 @pytest.mark.parametrize("pattern", ["gesture", "reach"])

@@ -181,16 +181,17 @@ def _track_several(
 
     def told(one: Outcome) -> None:
         error = "" if one.error_m is None else f", {100 * one.error_m:.1f} cm off"
-        why, others = (one.said[0], one.said[1:]) if one.failed and one.said else ("", one.said)
-        state = f"failed: {why}" if one.failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
-        say(f"{one.recording}: {state}{f' ({EARLIER})' if one.is_earlier else ''}", quiet)
+        said = one.words[1:] if one.is_earlier and not one.stale else one.words
+        why, others = (said[0], said[1:]) if one.has_failed and said else ("", said)
+        state = f"failed: {why}" if one.has_failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
+        say(f"{one.recording}: {state}{f' ({EARLIER})' if one.is_earlier and not one.stale else ''}", quiet)
         warn(others)
 
     outcomes = batch.track_all(
         folders, out, method_of, seed=seed, page=not no_report, force=force, jobs=jobs, done=told
     )
     say(f"wrote {out / 'index.html'}", quiet)
-    if any(one.failed for one in outcomes):
+    if any(one.has_failed for one in outcomes):
         raise typer.Exit(1)
 
 

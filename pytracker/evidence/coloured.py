@@ -115,9 +115,12 @@ def _candidate(
     rows = np.array([piece if piece is not None else (np.nan,) * 7 for piece in pieces])
     if not np.isfinite(rows).any():
         return None
-    rows[rows[:, 2] > ANOTHER * np.nanmedian(rows[:, 2])] = np.nan
+    passes = rows[:, 2] > ANOTHER * np.nanmedian(rows[:, 2])
+    # What is as large at first, or often, is the thing itself, which goes away or turns.
+    if not passes[0] and np.isfinite(rows[~passes, 2]).sum() >= SEEN_SHARE * len(rows):
+        rows[passes] = np.nan
     area, centres = rows[:, 2], rows[:, :2] / factor
-    if pieces[0] is None or np.isnan(area[0]) or np.isfinite(area).mean() < SEEN_SHARE:
+    if pieces[0] is None or np.isfinite(area).mean() < SEEN_SHARE:
         return None
     if np.nanstd(area) > STEADY * np.nanmean(area) or np.nanstd(centres, axis=0).max() < MOVES_PX / factor:
         return None

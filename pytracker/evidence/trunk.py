@@ -38,9 +38,10 @@ LEAVING = 0.87
 """Length times width of who goes farther off: a trunk that bends is shorter, one that turns narrower."""
 ALIKE = 1.08
 """What is larger or smaller by so much in length, width and hips alike is nearer or farther off, wherever it is."""
-MOVED = 0.25
+MOVED = 0.3
 """Hips that are so far from where they were at first, in lengths of the trunk, went there: those of people who bend or
-turn where they stand stay within 0.17, of people who walk across a picture they are 0.3 to 1 off."""
+turn where they stand stay within 0.17, of people who walk across a picture they are 0.4 to 1 off. Those that go down
+in the picture while the trunk is smaller sit down."""
 OFTEN = 0.15
 """A trunk that is larger or smaller in so many of the frames has changed its distance."""
 
@@ -61,9 +62,10 @@ def distance_changes(recording: BodyRecording) -> bool:
     sizes = trunk.sizes()
     length, width, _ = sizes.T
     all_larger, all_smaller = sizes.min(axis=1) > ALIKE, sizes.max(axis=1) < 1.0 / ALIKE
-    went = trunk.hips_moved() > MOVED
-    is_nearer = _is_nearer(length, width) & (went | all_larger)
-    is_farther = (length < 1.0) & (length * width < LEAVING) & (went | all_smaller)
+    right, down = trunk.hips_moved().T
+    is_nearer = _is_nearer(length, width) & ((np.hypot(right, down) > MOVED) | all_larger)
+    went_off = np.hypot(right, np.minimum(down, 0.0)) > MOVED
+    is_farther = (length < 1.0) & (length * width < LEAVING) & (went_off | all_smaller)
     return float(np.mean(is_nearer | is_farther)) > OFTEN
 
 
@@ -125,12 +127,13 @@ class TrunkSeen:
         return against_first(np.array(self._time_s), np.array(self._sizes).reshape(-1, 3))
 
     def hips_moved(self) -> Array:
-        """How far the middle of the hips is lately from where it was at first, in lengths of the trunk then `(T,)`."""
+        """How far right and down the hips are of where they were at first, in lengths of the trunk `(T, 2)`."""
         time_s, seen = np.array(self._time_s), np.array(self._hips).reshape(-1, 2, 2)
         lengths = np.linalg.norm(seen[:, 0] - seen[:, 1], axis=1, keepdims=True)
         lately = np.array([median_of_known(seen[first : k + 1, 1]) for k, first in enumerate(first_rows(time_s))])
-        moved = np.linalg.norm(lately.reshape(-1, 2) - at_first(time_s, seen[:, 1]), axis=1)
-        return np.asarray(moved / at_first(time_s, lengths))
+        moved = lately.reshape(-1, 2) - at_first(time_s, seen[:, 1])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(moved / at_first(time_s, lengths))
 
     def reasons(self) -> list[str]:
         """Of every frame; empty where nothing speaks against it."""

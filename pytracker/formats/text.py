@@ -33,7 +33,7 @@ def read_lines(path: Path) -> list[str]:
     raw = path.read_bytes()
     # What Windows' own tools call Unicode is UTF-16 with its mark.
     is_utf16 = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    if b"\0" in raw[:4096] and not is_utf16:
+    if b"\0" in raw.rstrip(b"\0\r\n")[:4096] and not is_utf16:
         raise InputError(f"{path}: is a binary file, expected text")
     try:
         text = raw.decode("utf-16" if is_utf16 else "utf-8-sig")
@@ -137,7 +137,7 @@ def parse_table(
     another row with another number of cells than names, a cell that is no number, or no row.
     """
     kept = [(k, name) for k, name in enumerate(names) if name in wanted]
-    at = [k for k in range(first, len(lines)) if lines[k].strip(" ") and not lines[k].startswith("#")]
+    at = [k for k in range(first, len(lines)) if lines[k].strip(" ") and not _is_comment(lines[k], delimiter, names)]
     while at and not lines[at[-1]].strip(EMPTY_ROW):
         at.pop()
     warnings: tuple[str, ...] = ()
@@ -157,6 +157,10 @@ def parse_table(
     values = np.array(rows, dtype=np.float64).reshape(len(rows), len(kept))
     numbers = np.array(at, dtype=np.int64) + 1
     return Table(path, tuple(name for _, name in kept), values, numbers, tuple(names), warnings)
+
+
+def _is_comment(line: str, delimiter: str, names: Sequence[str]) -> bool:
+    return line.startswith("#") and len(_split_cells(line, delimiter, len(names))) != len(names)
 
 
 def _split_cells(line: str, delimiter: str, expected: int) -> list[str]:

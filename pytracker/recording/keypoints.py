@@ -128,7 +128,8 @@ def in_pixels(path: Path, keypoints: Keypoints, video: Path, info: VideoInfo) ->
             f"{path}: {outside.mean():.0%} of the keypoints lie outside the {info.width} x {info.height} px of {video} "
             f"(they reach to {u.max():.0f}, {v.max():.0f}), expected pixels of that video: of another size or clip?"
         )
-    begins_at_one = keypoints.time_s is None and frames[0] == 1
+    # A file is written of frames in which nobody is seen too; rows of a table, and entries of a list, are not.
+    begins_at_one = path.is_dir() and frames[0] == 1 and frames[-1] < info.frame_count - 1
     if info.frame_count and (begins_at_one or (frames[0] > 0 and frames[-1] == info.frame_count)):
         if frames[-1] < info.frame_count:
             words = f"{path}: its frames are numbered from 1 to {frames[-1]}: taken to be counted from one"

@@ -90,7 +90,7 @@ def _without_leaps(file: Path, joints: Mapping[str, Array]) -> tuple[dict[str, A
         apart = np.linalg.norm(joints[a] - joints[b], axis=1)
         if np.isfinite(apart).sum() < ENOUGH:
             continue
-        share = apart / np.nanmedian(apart)
+        share = apart / max(float(np.nanmedian(apart)), 1e-9)
         for joint in (a, b):
             # A length that is not known says nothing against a joint.
             odd[joint] &= (share < LENGTHS[0]) | (share > LENGTHS[1])

@@ -133,27 +133,22 @@ class Scored(Protocol):
 
 
 def evaluate(track: Scored, truth: Truth | None) -> Scores:
-    """Score every joint that both have in some frame. Frames without truth or without a track are counted and left out.
+    """Score every joint that both have. Frames without truth or without a track are counted and left out.
 
     Raises `InputError` where there is no truth, no joint in common or no frame to score.
     """
     if truth is None:
         raise InputError("the recording has no truth, expected [truth] in recording.toml")
-    named = [joint for joint in track.joints if joint in truth.joints_m]
-    if not named:
-        raise InputError(f"truth has {', '.join(truth.joints_m)}, expected one of {', '.join(track.joints)}")
-    joints = _common(track, truth)
+    joints = [joint for joint in track.joints if joint in truth.joints_m]
     if not joints:
-        raise InputError(
-            f"no frame has both a track and truth of the {' or '.join(named)}, expected the times to overlap"
-        )
+        raise InputError(f"truth has {', '.join(truth.joints_m)}, expected one of {', '.join(track.joints)}")
     scores, without_truth, untracked = {}, 0, 0
     for joint in joints:
         at = truth.at(joint, track.time_s)
         estimate = track.joints[joint]
         known = np.isfinite(at.sum(axis=1))
         tracked = np.isfinite(estimate.mean.sum(axis=1))
-        scores[joint] = _score(estimate, at, known & tracked, track.camera)
+        scores[joint] = _score(joint, estimate, at, known & tracked, track.camera)
         without_truth = max(without_truth, int((~known).sum()))
         untracked = max(untracked, int((~tracked).sum()))
     distances = np.stack([_distance(track, truth, joint) for joint in joints])
@@ -192,13 +187,11 @@ def held(track: Scored) -> Scored:
     return _Held(track.time_s, joints, track.valid, track.camera)
 
 
-def _common(track: Scored, truth: Truth) -> list[str]:
-    """Joints of which some frame has both a track and truth."""
-    both = [joint for joint in track.joints if joint in truth.joints_m]
-    return [joint for joint in both if np.isfinite(_distance(track, truth, joint)).any()]
-
-
-def _score(track: JointTrack, truth: Array, use: np.ndarray, camera: Camera | WeakPerspective) -> JointScores:
+def _score(
+    joint: str, track: JointTrack, truth: Array, use: np.ndarray, camera: Camera | WeakPerspective
+) -> JointScores:
+    if not use.any():
+        raise InputError(f"no frame has both a track and truth of the {joint}, expected the times to overlap")
     truth, lo, hi = truth[use], track.lo[use], track.hi[use]
     error = track.mean[use] - truth
     distance = np.linalg.norm(error, axis=1)
@@ -234,7 +227,7 @@ def average_error(track: Scored, truth: Truth) -> Array:
 
     NaN where one is missing.
     """
-    joints = _common(track, truth)
+    joints = [joint for joint in track.joints if joint in truth.joints_m]
     return np.asarray(np.mean([_distance(track, truth, joint) for joint in joints], axis=0))
 
 

@@ -29,8 +29,10 @@ __all__ = ["camera_of", "check_patch", "check_pose", "check_up", "check_video", 
 
 POSE = ("camera.matrix", "camera.rotation", "camera.translation_m")
 FEW_SEEN = 0.8
-MOST_PATCH_M = 0.25
-"""What is larger at the shoulder's distance is worn elsewhere than at a wrist: a shirt moves with the arm too."""
+MOST_PATCH_M = 0.2
+"""What is larger, as near as the arm may bring it, is worn elsewhere than at a wrist: a shirt moves along too."""
+REACH_M = 0.6
+"""Of an arm whose lengths are not given."""
 
 
 def check_video(draft: Draft) -> Finding:
@@ -112,14 +114,16 @@ def check_patch(
         return Finding("patch", "right", "none is needed: the wrist is among the keypoints"), None
     if box is not None:
         size_m = _size_m(draft, box)
-        words = f"patch_box is {box}, " + (f"{size_m:.2f} m in size, " if size_m > MOST_PATCH_M else "")
-        words += "how well it is followed is said below"
+        large = f"is {size_m:.2f} m in size at least, expected at most {MOST_PATCH_M:g}: is it the patch?"
+        words = f"patch_box is {box}; " + (large if size_m > MOST_PATCH_M else "how well it is followed is said below")
         return Finding("patch", "doubtful" if size_m > MOST_PATCH_M else "right", words), tuple(box)
-    candidates = [one for one in find_candidates(file) if _size_m(draft, one.box) <= MOST_PATCH_M]
+    found = find_candidates(file)
+    candidates = [one for one in found if _size_m(draft, one.box) <= MOST_PATCH_M]
     if not candidates:
+        left_out = f" but what is larger than {MOST_PATCH_M:g} m ({len(found)} such)" if found else ""
         words = (
-            "nothing coloured is there in the first frame, keeps the size that a patch has, and moves: pytracker "
-            "frame, and patch_box"
+            f"nothing coloured is there in the first frame, keeps its size and moves{left_out}: pytracker frame, and "
+            "patch_box"
         )
         return Finding("patch", "missing", words), None
 
@@ -144,13 +148,15 @@ def check_patch(
 
 
 def _size_m(draft: Draft, box: Sequence[int]) -> float:
-    """How large what is in a box would be where the shoulder is, m; 0 where camera or shoulder are not known."""
+    """How large what is in a box is at least, as near as the arm may bring it, m; 0 where that is not known."""
     shoulder = draft.get("arm.shoulder_m")
-    if shoulder is None or check_pose(draft).verdict != "right":
+    if shoulder is None or len(shoulder) != 3 or len(box) != 4 or check_pose(draft).verdict != "right":
         return 0.0
     camera = camera_of(draft)
+    lengths = [draft.get(f"arm.{bone}") for bone in ("upper_arm_m", "forearm_m")]
+    reach_m = sum(lengths) if all(isinstance(length, float) for length in lengths) else REACH_M
     distance_m = float(np.linalg.norm(np.asarray(camera.position_m) - np.array(shoulder, dtype=float)))
-    return float(np.sqrt(box[2] * box[3])) * distance_m / camera.matrix[0][0]
+    return float(np.sqrt(max(0, box[2] * box[3]))) * max(0.0, distance_m - reach_m) / camera.matrix[0][0]
 
 
 def _keypoints(draft: Draft, video: Path) -> Keypoints:

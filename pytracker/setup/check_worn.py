@@ -12,7 +12,18 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
 from pytracker.setup.findings import Finding
-from pytracker.setup.worn import CLEAR, GIVEN_STAYS, KIND, Worn, find_worn, is_same, lags_of, mount_of, weighed
+from pytracker.setup.worn import (
+    CLEAR,
+    GIVEN_STAYS,
+    KIND,
+    MOST_FRAMES,
+    Worn,
+    find_worn,
+    is_same,
+    lags_of,
+    mount_of,
+    weighed,
+)
 
 __all__ = ["check_clock", "check_worn", "given_axis"]
 
@@ -23,6 +34,9 @@ LEAST_OFFSET_SD_S = 0.05
 """Clock and heading lean on each other: what is written leaves the smoother room."""
 SAME_CLOCK_S = 0.2
 """Where all that explains the recording is nearer, the clock is told, whatever is not."""
+WELL = -6.0
+"""Log evidence of a frame, at least, of what is explained: right ways have -2.6 to -4.0; wrong ones, of a camera that
+is turned by 3°, -9 to -20."""
 FROM_HEADING_DEG = 7.0
 FROM_Y_DEG = 25.0
 """A heading, and a forearm's axis, that are nearer to what is given are as they are given."""
@@ -97,6 +111,15 @@ def _mirrored(
     evidence = max((one.log_evidence for one in find_worn(recording, picture, lags)), default=-np.inf)
     if evidence < best.log_evidence + CLEAR:
         return None
+    seen = int(np.isfinite(picture.pixels[:MOST_FRAMES, 0]).all(axis=1).sum())
+    if evidence < WELL * seen:
+        now, then = best.log_evidence / seen, evidence / seen
+        words = (
+            f"neither as it is nor mirrored does it agree with the IMU (log evidence {now:.1f} and {then:.1f} a frame, "
+            f"expected {WELL:g} at least): check the camera's pose and matrix, the arm's lengths and the patch. "
+            "Neither heading nor mount is written"
+        )
+        return Finding("picture", "wrong", words)
     words = (
         f"mirrored, left and right exchanged, it agrees with the IMU (log evidence {evidence:.0f}), as it is "
         f"{best.log_evidence:.0f} at best: is it a selfie camera's, or does the camera's pose have a sign wrong? "

@@ -33,7 +33,18 @@ from pytracker.rotation import (
 from pytracker.tracking.arm import ArmTrack, track_arm
 from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
-__all__ = ["CLEAR", "GIVEN_STAYS", "KIND", "Worn", "find_worn", "is_same", "lags_of", "mount_of", "weighed"]
+__all__ = [
+    "CLEAR",
+    "GIVEN_STAYS",
+    "KIND",
+    "MOST_FRAMES",
+    "Worn",
+    "find_worn",
+    "is_same",
+    "lags_of",
+    "mount_of",
+    "weighed",
+]
 
 HELD = Ekf(
     corrections=("colour", "arm_length"), bias=True, accel_density=0.2, arm_length_sd_m=0.03, position_start_sd_m=0.05

@@ -13,8 +13,10 @@ __all__ = ["seconds", "unit_of"]
 UNITS_S = ((0.2, 1.0), (200.0, 1e-3), (2e5, 1e-6), (np.inf, 1e-9))
 """Samples that are less than so far apart are counted in this unit, s: no sensor gives fewer than five in a second, or
 more than five in a millisecond."""
-TURNS = tuple(of * 10.0**-k for of in (2.0**32, 86400e6, 2.0**16) for k in (0, 3, 6))
-"""Where counters begin again: of 32 and 16 bits, and of a day, and the same as thousandths and millionths."""
+TURNS = (2.0**16, *(of * 10.0**-k for of in (2.0**32, 86400e6) for k in (0, 3, 6)))
+"""Where counters begin again: of 16 bits; of 32 and of a day, and the same as thousandths and millionths."""
+SLACK = 5
+"""So many samples before and after it may be lost: another session begins elsewhere."""
 WHOLE = 1000
 """No counter turns within so many samples."""
 PAUSES = 50
@@ -66,8 +68,8 @@ def _unwrapped(table: Table, clock: NDArray[np.float64]) -> tuple[NDArray[np.flo
     usual = float(np.median(steps)) if len(steps) else 0.0
     out, said = clock.copy(), []
     for k in np.flatnonzero(steps < 0):
-        is_near = (turn for turn in TURNS if turn > WHOLE * usual and clock[k] > turn - PAUSES * usual)
-        turn = next((turn for turn in is_near if 0 < steps[k] + turn <= PAUSES * usual), None)
+        is_near = (turn for turn in TURNS if turn > WHOLE * usual and clock[k] > turn - SLACK * usual)
+        turn = next((turn for turn in is_near if 0 < steps[k] + turn <= SLACK * usual), None)
         if turn is not None:
             out[k + 1 :] += turn
             said.append(

@@ -50,7 +50,9 @@ def read_table(path: Path) -> Keypoints:
     """A CSV. Raises `InputError`."""
     lines = with_commas(read_lines(path))
     header = split(lines[0])
-    named = _numbered(header) or _named(header)
+    named = _named(header)
+    if not {joint for _, joint, _ in named} & set(KEYPOINTS):
+        named = _numbered(header) or named
     joints = sorted({joint for _, joint, _ in named if all((joint, axis) in {n[1:] for n in named} for axis in "xy")})
     if not set(joints) & set(KEYPOINTS):
         raise InputError(f"{path}:1: header names no joint, expected such as left_wrist_x and left_wrist_y")
