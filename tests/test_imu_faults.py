@@ -385,6 +385,15 @@ def test_a_clock_that_begins_again_goes_on(tmp_path: Path, arm: Array, unit: str
     assert "begun again after" in log.warnings[0]
 
 
+def test_a_date_that_is_cut_short_is_no_sample(tmp_path: Path, arm: Array) -> None:
+    rows = [[f"2026-05-01T10:00:{at[0]:09.6f}", *(str(x) for x in at[1:])] for at in arm[:1000]]
+    path = write(tmp_path / "imu.csv", rows)
+    path.write_text(path.read_text().replace("time_s", "timestamp", 1).rstrip("\n") + "\n2026-05-01T10:0")
+    log = load(path)
+    assert len(log.time_s) == 1000
+    assert "its last row has 1 cells of 11" in " ".join(log.warnings)
+
+
 @pytest.mark.parametrize("end", ["19.99,0.1,0.2", "# end of log", "\0" * 512, "\n\n"])
 def test_what_a_logger_leaves_at_the_end_is_no_sample(tmp_path: Path, arm: Array, end: str) -> None:
     """A row that was being written when its power went, or zeros of its last block: all was refused."""

@@ -15,7 +15,17 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 
-__all__ = ["Table", "cells_of", "delimited", "first_line", "number", "parse_table", "points_for_commas", "read_lines"]
+__all__ = [
+    "Table",
+    "cells_of",
+    "delimited",
+    "first_line",
+    "number",
+    "parse_table",
+    "points_for_commas",
+    "read_lines",
+    "without_cut_row",
+]
 
 Float = NDArray[np.float64]
 
@@ -99,7 +109,6 @@ class Table:
         values: `(M, K)`; NaN where a cell is empty.
         lines: line number of every row, from 1 `(M,)`.
         header: names of all columns of the file, also of those that were not read.
-        warnings: what is odd about its end.
     """
 
     path: Path
@@ -107,7 +116,6 @@ class Table:
     values: Float
     lines: NDArray[np.int64]
     header: tuple[str, ...] = ()
-    warnings: tuple[str, ...] = ()
 
     def columns(self, *names: str) -> Float | None:
         """The columns named, `(M, len(names))`; None where one of them is not there."""
@@ -120,32 +128,39 @@ class Table:
         return replace(self, values=self.values[~rows], lines=self.lines[~rows])
 
 
-def parse_table(
-    path: Path,
-    lines: Sequence[str],
-    first: int,
-    names: Sequence[str],
-    delimiter: str,
-    wanted: set[str],
-    *,
-    may_be_cut: bool = False,
-) -> Table:
-    """Numbers of the `wanted` columns in `lines[first:]`.
+def without_cut_row(
+    path: Path, lines: list[str], first: int, names: Sequence[str], delimiter: str
+) -> tuple[list[str], tuple[str, ...]]:
+    """The same without a last row of `lines[first:]` that lacks cells, and a word on it.
 
-    Blank lines and comments (`#`) are passed over, and rows of empty cells below the last; where the file `may_be_cut`,
-    as one of a logger that lost its power, a last row that lacks cells too, with a warning. Raises `InputError` for
-    another row with another number of cells than names, a cell that is no number, or no row.
+    As it is left by a logger that lost its power.
     """
-    kept = [(k, name) for k, name in enumerate(names) if name in wanted]
+    at = _rows_at(lines, first, names, delimiter)
+    count = len(_split_cells(lines[at[-1]], delimiter, len(names))) if len(at) > 1 else len(names)
+    if count >= len(names):
+        return lines, ()
+    words = f"its last row has {count} cells of {len(names)}: the file is cut short there, the row left out"
+    return lines[: at[-1]], (f"{path}:{at[-1] + 1}: {words}",)
+
+
+def _rows_at(lines: Sequence[str], first: int, names: Sequence[str], delimiter: str) -> list[int]:
+    """Which lines hold rows: no blank ones, no comments (`#`), and below the last no rows of empty cells."""
     at = [k for k in range(first, len(lines)) if lines[k].strip(" ") and not _is_comment(lines[k], delimiter, names)]
     while at and not lines[at[-1]].strip(EMPTY_ROW):
         at.pop()
-    warnings: tuple[str, ...] = ()
-    if may_be_cut and len(at) > 1:
-        count = len(_split_cells(lines[at[-1]], delimiter, len(names)))
-        if count < len(names):
-            words = f"its last row has {count} cells of {len(names)}: the file is cut short there, the row left out"
-            warnings = (f"{path}:{at.pop() + 1}: {words}",)
+    return at
+
+
+def parse_table(
+    path: Path, lines: Sequence[str], first: int, names: Sequence[str], delimiter: str, wanted: set[str]
+) -> Table:
+    """Numbers of the `wanted` columns in `lines[first:]`.
+
+    Blank lines and comments (`#`) are passed over, and rows of empty cells below the last. Raises `InputError` for a
+    row with another number of cells than names, a cell that is no number, or no row.
+    """
+    kept = [(k, name) for k, name in enumerate(names) if name in wanted]
+    at = _rows_at(lines, first, names, delimiter)
     rows: list[list[float]] = []
     for index in at:
         cells = _split_cells(lines[index], delimiter, len(names))
@@ -156,7 +171,7 @@ def parse_table(
         raise InputError(f"{path}: has a header but no rows, expected at least one sample")
     values = np.array(rows, dtype=np.float64).reshape(len(rows), len(kept))
     numbers = np.array(at, dtype=np.int64) + 1
-    return Table(path, tuple(name for _, name in kept), values, numbers, tuple(names), warnings)
+    return Table(path, tuple(name for _, name in kept), values, numbers, tuple(names))
 
 
 def _is_comment(line: str, delimiter: str, names: Sequence[str]) -> bool:

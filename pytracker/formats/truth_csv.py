@@ -12,7 +12,7 @@ import numpy as np
 
 from pytracker._core import InputError
 from pytracker.formats.markers import Markers, without_fillers
-from pytracker.formats.text import cells_of, delimited, first_line, parse_table, read_lines
+from pytracker.formats.text import cells_of, delimited, first_line, parse_table, read_lines, without_cut_row
 
 __all__ = ["read_truth_csv"]
 
@@ -34,7 +34,8 @@ def read_truth_csv(path: Path | str) -> Markers:
         )
     if twice := [name for name in names if name in wanted and names.count(name) > 1]:
         raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected each name once")
-    table = parse_table(path, lines, first + 1, names, delimiter, wanted, may_be_cut=True)
+    lines, cut = without_cut_row(path, lines, first + 1, names, delimiter)
+    table = parse_table(path, lines, first + 1, names, delimiter, wanted)
     time_s = table.columns("time_s")
     assert time_s is not None
     back = np.flatnonzero(~(np.diff(time_s[:, 0]) > 0))
@@ -47,4 +48,4 @@ def read_truth_csv(path: Path | str) -> Markers:
         assert points is not None
         points[np.isnan(points).any(axis=1)] = np.nan
         positions[joint] = without_fillers(points)
-    return Markers(time_s=time_s[:, 0], positions_m=positions, rate_hz=None, warnings=table.warnings)
+    return Markers(time_s=time_s[:, 0], positions_m=positions, rate_hz=None, warnings=cut)

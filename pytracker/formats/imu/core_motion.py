@@ -14,7 +14,7 @@ from pytracker._core import InputError
 from pytracker.formats.imu.clock import unit_of
 from pytracker.formats.imu.names import known_as
 from pytracker.formats.imu.table import header_of
-from pytracker.formats.text import parse_table
+from pytracker.formats.text import parse_table, without_cut_row
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 
@@ -51,7 +51,8 @@ def read_motion(path: Path, lines: list[str]) -> ImuLog:
             "acceleration, gravity and rotationRate along X, Y, Z, and seconds_elapsed"
         )
     wanted = {"time_s", *(name for group in groups.values() for name in group)}
-    table = parse_table(path, header.lines, header.first, names, header.delimiter, wanted, may_be_cut=True)
+    lines, cut = without_cut_row(path, header.lines, header.first, names, header.delimiter)
+    table = parse_table(path, lines, header.first, names, header.delimiter, wanted)
     time_s, *found = (table.columns(*group) for group in (("time_s",), *groups.values()))
     assert time_s is not None
     acc, gravity, gyr = found
@@ -63,9 +64,7 @@ def read_motion(path: Path, lines: list[str]) -> ImuLog:
     force = (-GRAVITY if norm < 2.0 else 1.0) * (acc + gravity)
     clock = known_as(header.names[names.index("time_s")])
     unit_s = clock.factor if clock is not None and clock.has_unit else unit_of(time_s[:, 0])[1]
-    return ImuLog(
-        path=path, lines=table.lines, time_s=time_s[:, 0] * unit_s, acc=force, gyr=gyr, warnings=table.warnings
-    )
+    return ImuLog(path=path, lines=table.lines, time_s=time_s[:, 0] * unit_s, acc=force, gyr=gyr, warnings=cut)
 
 
 def _motion_name(name: str) -> str:

@@ -42,7 +42,7 @@ def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
             "orientation_file"
         )
     values, numbers = table.values, table.lines
-    warnings = table.warnings
+    warnings: tuple[str, ...] = ()
     q = None
     if orientation_file is not None:
         orientation = _parse(orientation_file, read_lines(orientation_file))
@@ -50,7 +50,7 @@ def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
         q = _quaternions(orientation)[there]
         lost = len(values) + len(orientation.values) - 2 * len(here)
         if lost:
-            warnings += (
+            warnings = (
                 f"{path} and {orientation_file}: {lost} rows have no partner of the same time and are left out",
             )
         values, numbers = values[here], numbers[here]
@@ -69,7 +69,7 @@ def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
 def _parse(path: Path, lines: list[str]) -> Table:
     first = next((k for k, line in enumerate(lines) if line.strip()), 0)
     names = [f"column {k + 1}" for k in range(len(lines[first].rstrip("\t").split("\t")))]
-    return parse_table(path, lines, first, names, "\t", set(names), may_be_cut=True)
+    return parse_table(path, lines, first, names, "\t", set(names))
 
 
 def _quaternions(table: Table) -> Float:

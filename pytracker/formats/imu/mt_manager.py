@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.text import Table, parse_table, points_for_commas
+from pytracker.formats.text import Table, parse_table, points_for_commas, without_cut_row
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, euler_to_quaternion, matrix_to_quaternion, rotate
@@ -67,7 +67,8 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
         raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected one sensor a file")
     if delimiter != ",":
         lines = points_for_commas(lines, first + 1)
-    table = parse_table(path, lines, first + 1, names, delimiter, KNOWN, may_be_cut=True)
+    lines, cut = without_cut_row(path, lines, first + 1, names, delimiter)
+    table = parse_table(path, lines, first + 1, names, delimiter, KNOWN)
     stated = _stated_rate(path, lines[:first])
     if stated is not None and rate_hz is not None and stated != rate_hz:
         raise InputError(
@@ -91,7 +92,7 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
         mag=table.columns(*MAG),
         q_world_sensor=q,
         rate_hz=rate,
-        warnings=(*table.warnings, *warnings, *put_back),
+        warnings=(*cut, *warnings, *put_back),
     )
 
 

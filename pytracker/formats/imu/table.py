@@ -20,7 +20,7 @@ from pytracker.formats.imu.clock import seconds
 from pytracker.formats.imu.counter import as_counted, counter_in, steps_of
 from pytracker.formats.imu.dates import as_seconds
 from pytracker.formats.imu.names import Column, devices_of_shimmer, known_as, of_shimmer, unit_in
-from pytracker.formats.text import cells_of, delimited, parse_table
+from pytracker.formats.text import cells_of, delimited, parse_table, without_cut_row
 from pytracker.inertial.log import ImuLog
 
 __all__ = ["Header", "header_of", "read"]
@@ -104,12 +104,13 @@ def read(
             'columns = { time_s = "...", acc_x = "...", ... } that names one\'s'
         )
     _check_names(path, header.first, names, has_rate=rate_hz is not None)
-    lines, clock = header.lines, known.get("time_s")
+    lines, cut = without_cut_row(path, header.lines, header.first, names, header.delimiter)
+    clock = known.get("time_s")
     at = names.index("time_s") if "time_s" in names else None
     dated = None if at is None else as_seconds(path, lines, header.first, header.delimiter, at)
     if dated is not None:
         lines, clock = dated, None  # dates say their unit
-    table = parse_table(path, lines, header.first, names, header.delimiter, OURS, may_be_cut=True)
+    table = parse_table(path, lines, header.first, names, header.delimiter, OURS)
 
     def scaled(*group: str) -> NDArray[np.float64] | None:
         values = table.columns(*group)
@@ -133,7 +134,7 @@ def read(
         gyr=scaled(*GYR),
         mag=scaled(*MAG),
         q_world_sensor=table.columns(*QUATERNION),
-        warnings=(*table.warnings, *odd),
+        warnings=(*cut, *odd),
         unread=tuple(name for name in names if name not in OURS),
     )
 

@@ -31,8 +31,8 @@ from pytracker.formats.keypoints.table import read_table, read_trc_keypoints
 
 __all__ = ["Keypoints", "read_keypoints"]
 
-PER_CENT = 20.0
-"""Half of the points are surer than this only where a confidence is per cent: heights of heat maps reach to some 10."""
+PER_CENT, SUREST = 20.0, 0.95
+"""The surest points are surer than this only where a confidence is per cent: heights of heat maps reach to some 10."""
 
 
 def read_keypoints(path: Path | str, model: str = "auto") -> Keypoints:
@@ -63,7 +63,7 @@ def _in_shares_of_one(path: Path, keypoints: Keypoints) -> Keypoints:
     """The same, confidences that are per cent over 100; and a word on that."""
     sure = keypoints.points[..., 2]
     sure = sure[np.isfinite(sure)]
-    if not sure.size or not PER_CENT < float(np.median(sure)) <= 100.0 or float(sure.max()) > 100.0:
+    if not sure.size or not PER_CENT < float(np.quantile(sure, SUREST)) <= 100.0:
         return keypoints
     points = keypoints.points.copy()
     points[..., 2] /= 100.0
