@@ -10,7 +10,7 @@ import multiprocessing
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -70,7 +70,7 @@ def track_all(
     jobs: int = 1,
     done: Callable[[Outcome], None] | None = None,
 ) -> list[Outcome]:
-    """Track every recording into `out`/<its name>, `jobs` at a time, then write `out`/index.html and index.csv.
+    """Track every recording into `out`/<its name>, `jobs` at a time, and write `out`/index.html and index.csv.
 
     `method_of` gives the method for a recording (it is sent to other processes). `done` is called with each
     outcome as it comes, in the order of `folders`. What an earlier run left of a recording stays as it is without
@@ -129,12 +129,9 @@ def _all_done(tasks: Sequence[_Task], jobs: int) -> Generator[Outcome]:
     """
     left = list(tasks)
     while left:
-        with _workers(jobs) as pool:
+        with _workers(jobs) as pool, suppress(BrokenProcessPool):
             for future in [pool.submit(_one, task) for task in left]:
-                try:
-                    outcome = future.result()
-                except BrokenProcessPool:
-                    break
+                outcome = future.result()
                 left.pop(0)
                 yield outcome
         if left:
