@@ -55,15 +55,12 @@ def test_frames_without_samples_tell_no_mount_from_another() -> None:
     assert weighed(cut, sightings, never).log_evidence < best - 1000.0
 
 
-@pytest.mark.parametrize("turned_deg", [-2.0, -3.0])
-def test_of_a_camera_that_is_turned_nothing_is_called_mirrored(
-    turned_deg: float, shared: Callable[[str], Path]
-) -> None:
+def test_of_a_camera_that_is_turned_nothing_is_called_mirrored(shared: Callable[[str], Path]) -> None:
     """Of two explanations that are both none the mirrored one was better, and a right video would be turned over."""
     simulation = CapturedArm(*captured(shared("data").parent, "49_18 L"), 1)
     recording = simulation.recording()
     camera = recording.views[0].camera
-    c, s = np.cos(np.radians(turned_deg)), np.sin(np.radians(turned_deg))
+    c, s = np.cos(np.radians(-3.0)), np.sin(np.radians(-3.0))
     turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
     x, y, z = (triple(row) for row in turn @ np.array(camera.rotation))
     translation_m = triple(turn @ np.array(camera.translation_m))
@@ -78,10 +75,10 @@ def test_of_a_camera_that_is_turned_nothing_is_called_mirrored(
     assert "check the camera's pose" in said.evidence
 
 
-@pytest.mark.parametrize("pattern", ["gesture", "reach"])
+@pytest.mark.parametrize("pattern", ["gesture", "rectangle"])
 def test_of_a_mirrored_video_neither_heading_nor_mount_is_written(pattern: str) -> None:
     """Some mount explains it too: one 69° off was written, 46 cm off and all valid."""
-    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern=pattern, period_s=3.0), 11)
+    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern=pattern, period_s=3.0, duration_s=10.0), 11)
     recording, pixels = simulation.recording(), simulation.sightings(2.0)
     mirrored = np.stack([639.0 - pixels[:, 0, 0], pixels[:, 0, 1]], axis=1)
     given = Worn(0.0, 0.0, np.array([0.0, 1.0, 0.0]))

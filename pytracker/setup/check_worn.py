@@ -34,6 +34,8 @@ LEAST_OFFSET_SD_S = 0.05
 """Clock and heading lean on each other: what is written leaves the smoother room."""
 SAME_CLOCK_S = 0.2
 """Where all that explains the recording is nearer, the clock is told, whatever is not."""
+LAGS_MIRRORED = 12
+"""So many of the clocks are tried of a mirrored picture, which moves as the IMU does by the same ones."""
 WELL = -6.0
 """Log evidence of a frame, at least, of what is explained: right ways have -2.6 to -4.0; wrong ones, of a camera that
 is turned by 3°, -9 to -20."""
@@ -108,8 +110,10 @@ def _mirrored(
     """Where what was seen, left and right exchanged, is explained better than by any way to wear the IMU."""
     u, v = sightings.pixels[:, 0].T
     picture = Sightings.of(sightings.time_s, np.stack([width_px - 1 - u, v], axis=1))
-    evidence = max((one.log_evidence for one in find_worn(recording, picture, lags)), default=-np.inf)
-    if evidence < best.log_evidence + CLEAR:
+    least = best.log_evidence + CLEAR
+    ways = find_worn(recording, picture, lags[:LAGS_MIRRORED], least=least)
+    evidence = max((one.log_evidence for one in ways), default=-np.inf)
+    if evidence < least:
         return None
     seen = int(np.isfinite(picture.pixels[:MOST_FRAMES, 0]).all(axis=1).sum())
     if evidence < WELL * seen:

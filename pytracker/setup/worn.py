@@ -132,11 +132,16 @@ def lags_of(recording: ArmRecording, sightings: Sightings) -> tuple[Lag, ...]:
 
 
 def find_worn(
-    recording: ArmRecording, sightings: Sightings, lags: Iterable[Lag], axes: Sequence[Array] = AXES
+    recording: ArmRecording,
+    sightings: Sightings,
+    lags: Iterable[Lag],
+    axes: Sequence[Array] = AXES,
+    *,
+    least: float = -np.inf,
 ) -> tuple[Worn, ...]:
     """The ways, with one of `axes` along the forearm, that explain the recording best, each different from the others.
 
-    Best first; empty where none does.
+    Best first; empty where none does. Ways of less than `least` log evidence are not followed to their end.
     """
     sightings = _first(sightings)
     hypotheses = [(lag.offset_s, heading) for lag in lags for heading in _headings(recording, sightings, lag)]
@@ -150,7 +155,7 @@ def find_worn(
         fixed = (2, 3) if len(axes) == 1 else ()
         for levels in LEVELS:
             best = list(pool.map(partial(_refined, recording, sightings, fixed=fixed, levels=levels), best))
-            most = max((one.log_evidence for one in best), default=0.0)
+            most = max((least, *(one.log_evidence for one in best)))
             best = [one for one in best if one.log_evidence > most - HOPELESS]
         return tuple(_best(best, FINALISTS))
 
