@@ -1,0 +1,56 @@
+"""What loggers do to a file: clocks that begin again, a last row that is cut short, zeros and words below it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_formats_imu import load, write
+
+import pytracker as pt
+from pytracker.rotation import Array
+from pytracker.simulate import ArmSimulation
+
+
+@pytest.fixture(scope="module")
+def arm() -> Array:
+    """20 s of a simulated wrist: time, acceleration, turn rate, orientation."""
+    imu = ArmSimulation(pt.ArmScene(duration_s=20.0), seed=4).imu
+    assert imu.gyr is not None
+    return np.column_stack([imu.time_s, imu.acc, imu.gyr, imu.q_world_segment])
+
+
+@pytest.mark.parametrize(("unit", "turn"), [("time_ms", 2**32), ("time_us", 2**32), ("time_ms", 86_400_000)])
+def test_a_clock_that_begins_again_goes_on(tmp_path: Path, arm: Array, unit: str, turn: int) -> None:
+    """micros() does so every 71 minutes: the file was refused."""
+    per_s = {"time_ms": 1e3, "time_us": 1e6}[unit]
+    rows = [[str(x) for x in row] for row in arm]
+    for row, at in zip(rows, arm[:, 0], strict=True):
+        row[0] = str(round(at * per_s + turn - 5 * per_s) % turn)
+    path = write(tmp_path / "imu.csv", rows)
+    path.write_text(path.read_text().replace("time_s", unit, 1))
+    log = load(path)
+    assert np.allclose(np.diff(log.time_s), 0.01)
+    assert "begun again after" in log.warnings[0]
+
+
+def test_a_date_that_is_cut_short_is_no_sample(tmp_path: Path, arm: Array) -> None:
+    rows = [[f"2026-05-01T10:00:{at[0]:09.6f}", *(str(x) for x in at[1:])] for at in arm[:1000]]
+    path = write(tmp_path / "imu.csv", rows)
+    path.write_text(path.read_text().replace("time_s", "timestamp", 1).rstrip("\n") + "\n2026-05-01T10:0")
+    log = load(path)
+    assert len(log.time_s) == 1000
+    assert "its last row has 1 cells of 11" in " ".join(log.warnings)
+
+
+@pytest.mark.parametrize("end", ["19.99,0.1,0.2", "# end of log", "\0" * 512, "\n\n"])
+def test_what_a_logger_leaves_at_the_end_is_no_sample(tmp_path: Path, arm: Array, end: str) -> None:
+    """A row that was being written when its power went, or zeros of its last block: all was refused."""
+    path = write(tmp_path / "imu.csv", arm.tolist())
+    path.write_text(path.read_text().rstrip("\n") + "\n" + end)
+    log = load(path)
+    assert len(log.time_s) == len(arm)
+    assert [words.split(": ", 1)[1] for words in log.warnings] == (
+        ["its last row has 3 cells of 11: the file is cut short there, the row left out"] if "0.2" in end else []
+    )
