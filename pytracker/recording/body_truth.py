@@ -20,12 +20,14 @@ from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["beside_first_pose", "load_truth", "uncovered_by_truth"]
 
+SHOULDERS = ("left_shoulder", "right_shoulder")
 BONES = (
     *((f"{side}_shoulder", f"{side}_elbow") for side in ("left", "right")),
     *((f"{side}_elbow", f"{side}_wrist") for side in ("left", "right")),
-    ("left_shoulder", "right_shoulder"),
+    SHOULDERS,
     ("root", "head"),
 )
+"""Pairs of joints whose distance the skeleton says."""
 LENGTHS = (0.6, 1.5)
 """Times the skeleton's, where joints are joints and metres are metres."""
 NEAR_S = 0.25
@@ -94,7 +96,7 @@ def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> None:
         low, high = (share * length for share in LENGTHS)
         middle = float(np.nanmedian(apart))
         if not low <= middle <= high:
-            collar = " (collar bones begin at the neck)" if "elbow" not in a + b else ""
+            collar = " (collar bones begin at the neck)" if (a, b) == SHOULDERS else ""
             raise InputError(
                 f"{file}: {a} and {b} are {middle:.3g} m apart (median), expected {low:.2f} to {high:.2f} m by the "
                 f"skeleton: check the markers' names{collar}, the file's units, and the skeleton"

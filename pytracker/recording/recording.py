@@ -19,9 +19,22 @@ from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.rotation import Array, Triple
 from pytracker.skeleton.skeleton import Skeleton
 
-__all__ = ["UPPER_ARM_SD_RAD", "Arm", "ArmRecording", "BodyRecording", "BodyView", "Imu", "Recording", "Truth", "View"]
+__all__ = [
+    "PAUSES",
+    "UPPER_ARM_SD_RAD",
+    "Arm",
+    "ArmRecording",
+    "BodyRecording",
+    "BodyView",
+    "Imu",
+    "Recording",
+    "Truth",
+    "View",
+]
 
 
+PAUSES = 2.5
+"""Rows of a truth that are so many usual steps apart have others missing between them."""
 UPPER_ARM_SD_RAD = 0.05
 """How well a sensor tells where an upper arm points, where the recording does not say."""
 
@@ -109,7 +122,7 @@ class Truth:
         if len(self.time_s) > 2:
             interval = np.diff(self.time_s)
             before = np.clip(np.searchsorted(self.time_s, time_s, side="right") - 1, 0, len(interval) - 1)
-            at[(interval[before] > 2.5 * np.median(interval)) & (time_s != self.time_s[before])] = np.nan
+            at[(interval[before] > PAUSES * np.median(interval)) & (time_s != self.time_s[before])] = np.nan
         return at
 
 

@@ -17,7 +17,7 @@ from pytracker.formats.mat import read_mat_points
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
-from pytracker.recording.recording import Truth
+from pytracker.recording.recording import PAUSES, Truth
 from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth_filled import without_filled
 from pytracker.recording.upright import to_up
@@ -33,8 +33,6 @@ SAME_RATE = 0.03
 ROUNDED = 0.25
 """The mean of steps that are rounded is so near the usual one, where no frames are missing."""
 
-PAUSES = 2.5
-"""Rows that are so many usual steps apart have others missing between them."""
 LEAST_GONE_S = 0.1
 """Less is not worth a word."""
 
@@ -104,14 +102,14 @@ def _names_in(path: Path, file: Path, joint: str, names: tuple[str, ...], found:
     if not names:
         raise InputError(f"{path}: truth.markers.{joint} is empty, expected a marker, or those it is the middle of")
     # As some files have them, below the name of a subject.
-    names = tuple(name if name in found.positions_m else name.rpartition(":")[2] for name in names)
-    for name in names:
-        if name not in found.positions_m:
+    plain = tuple(name if name in found.positions_m else name.rpartition(":")[2] for name in names)
+    for name, marker in zip(names, plain, strict=True):
+        if marker not in found.positions_m:
             raise InputError(
                 f"{path}: truth.markers.{joint} is {name!r}, expected a marker of {file}: "
                 f"{', '.join(found.positions_m)[:300]}"
             )
-    return names
+    return plain
 
 
 def _seen_at_all(places: Array) -> Array:
