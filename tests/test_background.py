@@ -56,6 +56,22 @@ def test_who_stands_still_is_taken_out_of_the_median(filmed: pt.BodyRecording) -
     np.testing.assert_array_equal(filled, without_person(samples, first, view.camera, bones, hands))
 
 
+def test_what_is_of_their_colours_far_beside_them_takes_nothing_of_them(filmed: pt.BodyRecording) -> None:
+    """Wooden doors, and who else is in the room: the person was taken for background, and no frame was valid."""
+    view = filmed.view
+    assert view.video is not None
+    assert view.background is not None
+    first, bones, hands = first_of(filmed)
+    scene, height, width = read_background(view.background), *first.shape[:2]
+    theirs = first[apart(first, scene) >= NO_SHADOW]
+    # As many pixels of every colour of theirs, beyond the wall beside them.
+    door = theirs[np.arange(height * width) % len(theirs)].reshape(first.shape)
+    wide = [np.hstack([image, scene[:, ::-1], door]) for image in (first, *sampled(frames(view.video)))]
+    filled = without_person(wide[1:], wide[0], view.camera, bones, hands)[:, :width]
+    held, left = (apart(image, scene) >= NO_SHADOW for image in (median_of(wide)[:, :width], filled))
+    assert left.mean() < 0.05 * held.mean()
+
+
 def test_a_median_without_the_person_stays(filmed: pt.BodyRecording) -> None:
     """They walked away from where they stood at first."""
     view = filmed.view

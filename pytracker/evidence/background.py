@@ -27,6 +27,8 @@ MEDIAN_FRAMES = 61
 """Frames, evenly chosen, that a median background is made of."""
 WIDTHS_M = ((0.45, cv2.GC_PR_BGD), (0.2, cv2.GC_PR_FGD), (0.04, cv2.GC_FGD))
 """About the bones of the first pose: how wide is what may be the person, is likely to be, and is."""
+NEAR_M = 1.5
+"""About the bones: what is farther away says nothing of the colours behind the person."""
 REACH_M = 1.5
 """So far about the bones what moves is taken for theirs."""
 RIM_M = 0.08
@@ -82,11 +84,12 @@ def without_person(
     about = np.full(first.shape[:2], cv2.GC_BGD, np.uint8)
     for width_m, label in WIDTHS_M:
         draw(about, camera, bones, width_m, label)
-    if not (about == cv2.GC_FGD).any() or not (about == cv2.GC_BGD).any():
+    near = _near(camera, bones, first)
+    if not (about[near] == cv2.GC_FGD).any() or not (about[near] == cv2.GC_BGD).any():
         return median
     behind, person = np.zeros((1, 65)), np.zeros((1, 65))
     cv2.setRNGSeed(0)
-    cv2.grabCut(first, about, (0, 0, 1, 1), behind, person, ROUNDS, cv2.GC_INIT_WITH_MASK)
+    cv2.grabCut(first[near], about[near], (0, 0, 1, 1), behind, person, ROUNDS, cv2.GC_INIT_WITH_MASK)
     rim = np.ones((2 * max(2, round(RIM_M * px_per_m)) + 1,) * 2, np.uint8)
     at_first = _widened(_is_person(about), rim)
     differs = cv2.absdiff(cv2.blur(first, (3, 3)), cv2.blur(median, (3, 3))).max(axis=2)
@@ -98,6 +101,14 @@ def without_person(
     # Where they came later, and stayed, the first frame shows what is behind them.
     out = np.where((held & ~at_first)[..., None], first, median)
     return as_image(cv2.inpaint(out, (held & at_first).astype(np.uint8), INPAINT_PX, cv2.INPAINT_TELEA))
+
+
+def _near(camera: Camera | WeakPerspective, bones: Array, image: Image) -> tuple[slice, slice]:
+    """Rows and columns about the person, whose colours are those of what is behind them: a door's are not."""
+    mask = np.zeros(image.shape[:2], np.uint8)
+    draw(mask, camera, bones, NEAR_M, 1)
+    left, top, width, height = cv2.boundingRect(mask)
+    return slice(top, top + height), slice(left, left + width)
 
 
 def _within(camera: Camera | WeakPerspective, bones: Array, image: Image) -> Mask:
