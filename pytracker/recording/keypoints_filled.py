@@ -1,6 +1,7 @@
 """Keypoints that nobody saw: held by a detector that lost the person, or filled in between two that were seen.
 
-Pipelines fill gaps by straight lines. A detector's points tremble: none goes straight on, to the last digit, for long.
+Pipelines fill gaps by straight lines or cubics. A detector's points tremble: none goes straight on, to the last digit,
+for long.
 """
 
 from __future__ import annotations
@@ -9,10 +10,12 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.recording.keypoint_spreads import without_guesses
+from pytracker.rotation import Array
 from pytracker.series import last_digit, runs
 
 __all__ = ["as_seen", "without_filled", "without_repeats"]
@@ -20,13 +23,20 @@ __all__ = ["as_seen", "without_filled", "without_repeats"]
 REPEATS = 10
 """So many frames in a row that hold the same points, or a straight line, were not looked at one by one."""
 STRAIGHT_PX = 0.005
-"""Second differences of points that are filled in are no larger, but for digits that are rounded."""
-ROUNDED = 3.0
-"""So many units of the last digit a second difference of rounded numbers may be off."""
+"""Second differences of points on a line, and fourth ones of those on a cubic, are no larger but for rounded digits."""
+EXACT_PX = 1e-9
+"""Nothing is exacter."""
+HELD_ORDER = 2
+UNITS = {HELD_ORDER: 3.0, 4: 8.0}
+"""So many units of the last digit a difference, by its order, of rounded numbers may be off."""
 DIGITS = 3
 """Numbers of more decimals were computed, not rounded."""
 TREMBLE = 20.0
 """Those of a joint's other points are usually so many times larger: else straightness tells nothing."""
+GOES = 20.0
+"""Of points that were low-passed, and tremble less, a line goes on by so many times as much: who is still does not."""
+RINGS = 15
+"""So many frames about a corner a low-pass rings, at the most."""
 
 
 def as_seen(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:
@@ -65,32 +75,65 @@ def without_repeats(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[
 
 
 def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]:
-    """The same without joints that go straight on, to the last digit, again and again; and a word on them."""
+    """The same without joints that go on by a straight line, or another cubic, again and again; and a word on them.
+
+    Before they are low-passed, or after: the line's middle stays one.
+    """
     pixels, frames = keypoints.points[..., :2], keypoints.frames
-    if len(frames) < REPEATS + 2:
+    unit = last_digit(pixels, DIGITS)
+    filled = np.zeros(pixels.shape[:-1], dtype=bool)
+    for person, joint in np.ndindex(filled.shape[1:]):
+        for order in UNITS:
+            filled[:, person, joint] |= _on_polynomial(pixels[:, person, joint], frames, order, unit)
+    if not filled.any():
         return keypoints, ()
-    bent = np.linalg.norm(pixels[2:] - 2.0 * pixels[1:-1] + pixels[:-2], axis=-1)
-    bent[(np.diff(frames)[1:] != 1) | (np.diff(frames)[:-1] != 1)] = np.inf
-    most = max(STRAIGHT_PX, ROUNDED * last_digit(pixels, DIGITS))
-    points, longest, count = keypoints.points.copy(), (0, 0, 0), 0
-    for person, joint in np.ndindex(bent.shape[1:]):
-        of_joint = bent[:, person, joint]
-        seen = of_joint[np.isfinite(of_joint) & (of_joint > most)]
-        if not len(seen) or np.median(seen) < TREMBLE * most:
-            continue
-        for first, after in runs(of_joint <= most, REPEATS):
-            # What it goes on from was seen, and what it comes to, but for a point that is held.
-            is_held = float(np.linalg.norm(pixels[after + 1, person, joint] - pixels[first, person, joint])) <= most
-            length = after + is_held - first
-            points[first + 1 : first + 1 + length, person, joint] = np.nan
-            count += length
-            longest = max(longest, (length, first + 1, joint))
-    if not count:
-        return keypoints, ()
-    length, first, joint = longest
+    points = np.where(filled[..., None], np.nan, keypoints.points)
+    length, first, joint = max(
+        (after - first, first, joint)
+        for person, joint in np.ndindex(filled.shape[1:])
+        for first, after in runs(filled[:, person, joint])
+    )
     name, last = KEYPOINTS[joint].replace("_", " "), frames[first] + length - 1
     words = (
-        f"{path}: {count} keypoints lie on a straight line with those of the frames about them, to {most:.3f} px, most "
+        f"{path}: {filled.sum()} keypoints lie on a straight line or a cubic with those of the frames about them, most "
         f"in a row of the {name} in frames {frames[first]} to {last}: filled in or held, not seen, and left out"
     )
     return dataclasses.replace(keypoints, points=points), (words,)
+
+
+def _on_polynomial(pixels: Array, frames: NDArray[np.int64], order: int, unit: float) -> NDArray[np.bool_]:
+    """Which points `(T,)` of `(T, 2)` lie on one of a lower order with those about them, and between what was seen."""
+    found = np.zeros(len(pixels), dtype=bool)
+    if len(frames) < REPEATS + order:
+        return found
+    bent = np.linalg.norm(np.diff(pixels, n=order, axis=0), axis=-1)
+    bent[frames[order:] - frames[:-order] != order] = np.inf
+    rounding = UNITS[order] * unit
+    seen = bent[np.isfinite(bent) & (bent > max(rounding, EXACT_PX))]
+    if not len(seen):
+        return found
+    usual = float(np.median(seen))
+    most = max(min(STRAIGHT_PX, usual / TREMBLE), rounding)
+    if usual < TREMBLE * most:
+        return found
+    is_smooth = usual < TREMBLE * STRAIGHT_PX
+    for first, after in runs(bent <= most, REPEATS):
+        goes_px, last = float(np.linalg.norm(pixels[after - 1 + order] - pixels[first])), after - 1
+        if is_smooth and goes_px < GOES * usual:
+            continue
+        before, behind = first, last
+        if is_smooth:
+            before, behind = _to_corner(bent, first, -1, usual), _to_corner(bent, last, 1, usual)
+        # What it goes on from was seen, and what it comes to, but for a point that is held.
+        is_held = order == HELD_ORDER and goes_px <= most
+        found[before + 1 : behind + order + is_held] = True
+    return found
+
+
+def _to_corner(bent: Array, k: int, step: int, usual: float) -> int:
+    """How far a line goes on that was low-passed: to where it bends as usual."""
+    for _ in range(RINGS):
+        if not 0 <= k + step < len(bent) or bent[k + step] >= usual:
+            break
+        k += step
+    return k
