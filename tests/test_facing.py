@@ -9,6 +9,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import pytest
 from test_body_senses import with_keypoints
 
 import pytracker as pt
@@ -76,3 +77,38 @@ def test_exchanged_sides_of_a_person_are_told(shared: Callable[[str], Path], tmp
     assert "the skeleton is seen from behind" in said
     assert "left and right are exchanged" in said
     assert doubts(pt.track(recording, pt.BodyMixture())) == ()
+
+
+def test_a_back_that_keypoints_alone_show_is_asked_about(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """No picture shows a face: 40 cm off, all valid, and nothing was said."""
+    table = next(shared("data/people/gestures").glob("0_1_20_*mediapipe*"))
+    recording = with_keypoints(shared("recordings/people-gesture-20"), table, tmp_path / "20")
+    alone = dataclasses.replace(recording.view, video=None, background=None, rate_hz=60.0)
+    assert alone.keypoints is not None
+    assert doubts(pt.track(dataclasses.replace(recording, view=alone), pt.BodyMixture())) == ()
+    exchanged = dataclasses.replace(alone.keypoints, points=alone.keypoints.points[:, :, EXCHANGED])
+    found = first_pose(recording.skeleton, alone.camera, exchanged.points[0, 0])
+    view, initial = dataclasses.replace(alone, keypoints=exchanged), found.channels(recording.skeleton)
+    (said,) = doubts(pt.track(dataclasses.replace(recording, view=view, initial=initial), pt.BodyMixture()))
+    assert "show the person from behind most of the time" in said
+
+
+@pytest.mark.parametrize("roll_deg", [-10.0, 10.0])
+def test_a_camera_that_was_rolled_is_asked_about(
+    roll_deg: float, shared: Callable[[str], Path], tmp_path: Path
+) -> None:
+    """Wrists were 10 cm off across the picture, all valid, and nothing was said."""
+    table = next(shared("data/people/gestures").glob("0_1_24_*mediapipe*"))
+    recording = with_keypoints(shared("recordings/people-gesture-24"), table, tmp_path / "24")
+    keypoints, camera = recording.view.keypoints, recording.view.camera
+    assert keypoints is not None
+    c, s = np.cos(np.radians(roll_deg)), np.sin(np.radians(roll_deg))
+    points, middle = keypoints.points.copy(), np.array([134.5, 239.5])
+    points[..., :2] = (points[..., :2] - middle) @ np.array([[c, s], [-s, c]]) + middle
+    rolled = dataclasses.replace(keypoints, points=points)
+    found = first_pose(recording.skeleton, camera, points[0, 0])
+    view = dataclasses.replace(recording.view, video=None, background=None, rate_hz=60.0, keypoints=rolled)
+    turned = dataclasses.replace(recording, view=view, initial=found.channels(recording.skeleton))
+    (said,) = doubts(pt.track(turned, pt.BodyMixture()))
+    side = "right" if roll_deg > 0 else "left"
+    assert f"to the {side} of the picture most of the time: was the camera rolled" in said

@@ -11,7 +11,7 @@ from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["FaceSeen"]
+__all__ = ["LEAST_SEEN", "FaceSeen", "seen_from_behind"]
 
 FACE_M = 0.06
 """Half as wide as a face."""
@@ -19,6 +19,14 @@ BEHIND = 0.3
 """Cosine between the viewing ray and where who is seen from behind looks; from the side it is less."""
 LEAST_SEEN = 0.5
 """In fewer of the frames nobody is seen from behind."""
+
+
+def seen_from_behind(camera: Camera | WeakPerspective, joints: Mapping[str, Array]) -> NDArray[np.bool_]:
+    """In which frames `(T,)` joints, `(T, 3)` each, world, m, show a back."""
+    left, right, head = (joints[name] for name in ("left_shoulder", "right_shoulder", "head"))
+    ahead = np.cross(left - right, head - 0.5 * (left + right))
+    away = camera.viewing_directions(head)
+    return np.asarray((ahead * away).sum(axis=1) > BEHIND * np.linalg.norm(ahead, axis=1))
 
 
 class FaceSeen:
@@ -30,12 +38,10 @@ class FaceSeen:
 
     def look(self, joints: Mapping[str, Array], evidence: BodyEvidence) -> None:
         """Take a frame's mean joints, `(3,)` each, world, m, and what it shows."""
-        left, right, head = (joints[name] for name in ("left_shoulder", "right_shoulder", "head"))
-        ahead = np.cross(left - right, head - 0.5 * (left + right))
-        away = self._camera.viewing_directions(head[None])[0]
-        if ahead @ away <= BEHIND * np.linalg.norm(ahead):
+        if not seen_from_behind(self._camera, {name: place[None] for name, place in joints.items()})[0]:
             self._skin.append(np.nan)
             return
+        head = joints["head"]
         radius_px = FACE_M * float(self._camera.px_per_m(head[None])[0])
         self._skin.append(_share(evidence.skin, self._camera.project(head[None])[0], radius_px))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytracker.evidence.facing import LEAST_SEEN, seen_from_behind
 from pytracker.evidence.subject import points_of_subject
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_sensors import of_sensors
@@ -15,6 +16,9 @@ __all__ = ["of_body"]
 
 LYING_DEG = 60.0
 """Nobody who is upright leans so far."""
+ASKEW_DEG, APART_DEG = 6.0, 5.0
+"""Trunk and shoulders that lean to one side by so much, and by the same but for so much, in the median frame: of ten
+right recordings by 3° at most."""
 POINTS_OFF_M = 0.07
 """Keypoints may lie so far from the first pose; right ones do by 3 cm at most."""
 POINTS_ASTRAY_M = 0.3
@@ -37,7 +41,9 @@ def of_body(track: BodyTrack) -> tuple[str, ...]:
     late = others or _of_late_points(track)
     # Keypoints of other frames would be laid on the sensors' clocks.
     sensors = () if late else of_sensors(track)
-    first = _lies(track) or _of_points_beside(track) or of_foreground(track) or of_camera_place(track)
+    first = (
+        _lies(track) or _is_askew(track) or _of_points_beside(track) or of_foreground(track) or of_camera_place(track)
+    )
     return (*_of_light(track), *_of_sides(track), *_of_face(track), *late, *first, *sensors)
 
 
@@ -98,7 +104,15 @@ def _of_sides(track: BodyTrack) -> tuple[str, ...]:
 
 
 def _of_face(track: BodyTrack) -> tuple[str, ...]:
-    """A sentence where a skeleton that is seen from behind has a face."""
+    """A sentence where a skeleton that is seen from behind has a face, or may have one and there is no picture."""
+    if not track.recording.has_picture:
+        joints = {name: joint.mean for name, joint in track.joints.items()}
+        if seen_from_behind(track.recording.camera, joints).mean() < LEAST_SEEN:
+            return ()
+        return (
+            f"{where_of(track.recording)}: the keypoints show the person from behind most of the time: where they face "
+            "the camera, left and right are exchanged, as of a mirrored video",
+        )
     if track.face_on_back < FACE:
         return ()
     return (
@@ -137,4 +151,29 @@ def _lies(track: BodyTrack) -> tuple[str, ...]:
     return (
         f"{where_of(track.recording)}: in the first pose the head is {off_deg:.0f}° off straight above the hips, and a "
         "body's world has its y axis up: is another axis up in the camera's world (rotation, points)?",
+    )
+
+
+def _is_askew(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where trunk and shoulders lean alike, to one side as the camera sees it, most of the time."""
+    head, root, left, right = (
+        track.joints[joint].mean for joint in ("head", "root", "left_shoulder", "right_shoulder")
+    )
+    up = np.array([0.0, 1.0, 0.0])
+    away = track.recording.camera.viewing_directions(root)
+    aside = np.cross(away, up)
+    across = left - right
+    across = across * np.sign((across * aside).sum(axis=1, keepdims=True))
+    trunk = head - root
+    lean = np.arctan2((trunk * aside).sum(axis=1), trunk @ up)
+    tilt = np.arctan2(-(across @ up), (across * aside).sum(axis=1))
+    if not np.isfinite(lean).any():
+        return ()
+    lean_deg, tilt_deg = (float(np.degrees(np.nanmedian(angle))) for angle in (lean, tilt))
+    if min(abs(lean_deg), abs(tilt_deg)) < ASKEW_DEG or abs(lean_deg - tilt_deg) > APART_DEG:
+        return ()
+    return (
+        f"{where_of(track.recording)}: trunk and shoulders lean by {abs(0.5 * (lean_deg + tilt_deg)):.0f}° to the "
+        f"{'right' if lean_deg > 0 else 'left'} of the picture most of the time: was the camera rolled, or the picture "
+        "turned, since it was calibrated (all is well if they stand so)?",
     )
