@@ -13,6 +13,7 @@ from pytracker.tracking.tracks import Track
 __all__ = [
     "ARM_DOUBTS",
     "ARM_NOTHING_CAME",
+    "ARM_UNLIKE",
     "KEYPOINTS",
     "KEY_JOINTS",
     "KEY_PLACES",
@@ -34,6 +35,7 @@ __all__ = [
 __version__: str
 ARM_DOUBTS: tuple[str, ...]
 ARM_NOTHING_CAME: tuple[str, ...]
+ARM_UNLIKE: str
 KEY_JOINTS: tuple[str, ...]
 KEY_PLACES: tuple[tuple[str, float], ...]
 KEYPOINTS: tuple[str, ...]

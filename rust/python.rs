@@ -80,6 +80,7 @@ mod _core {
         module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
         let nothing_came = [crate::arm::incoming::UNSEEN, crate::arm::incoming::SILENT];
         module.add("ARM_NOTHING_CAME", pyo3::types::PyTuple::new(module.py(), nothing_came)?)?;
+        module.add("ARM_UNLIKE", crate::arm::alike::UNLIKE)?;
         let joints = crate::body::KEY_JOINTS;
         module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), joints.map(|(name, _, _)| name))?)?;
         module

@@ -240,12 +240,26 @@ def test_of_a_video_of_another_rate_no_heading_is_written(simulated: Path, tmp_p
     imu = written(rows, tmp_path / "imu.csv")
     pt.setup.init(tmp_path / "recording", video=simulated / "video.mp4", imu=imu, camera=known)
     found = pt.setup.check(tmp_path / "recording", write=True).findings
-    (rates,) = (finding for finding in found if finding.what == "rates of video and IMU")
+    (rates,) = (finding for finding in found if finding.what == "video and IMU")
     assert rates.verdict == "wrong"
     assert "the IMU's clock goes 9.0% faster than the video's" in rates.evidence
     draft = Draft(tmp_path / "recording")
     assert draft.get("imu.heading_deg") is None
     assert draft.get("imu.mount") is None
+
+
+def test_of_a_sensor_of_another_take_nothing_is_written(simulated: Path, tmp_path: Path) -> None:
+    """A clock and a heading that explained the least badly were."""
+    other = pt.simulate_arm(tmp_path / "other", pt.ArmScene(worn=True, pattern="gesture", duration_s=12.0), 5)
+    imu = written(hidden(rows_of(other), 3.0, 131.0, np.array([1.0, 0.0, 0.0, 0.0])), tmp_path / "imu.csv")
+    known = known_file(simulated, tmp_path / "known.toml")
+    pt.setup.init(tmp_path / "recording", video=simulated / "video.mp4", imu=imu, camera=known)
+    found = pt.setup.check(tmp_path / "recording", write=True).findings
+    (together,) = (finding for finding in found if finding.what == "video and IMU")
+    assert together.verdict == "wrong"
+    assert "are video and IMU of one take" in together.evidence
+    draft = Draft(tmp_path / "recording")
+    assert [draft.get(f"imu.{key}") for key in ("offset_s", "heading_deg", "mount")] == [None, None, None]
 
 
 def test_where_a_circle_fits_two_mounts_the_elbow_tells(tmp_path: Path) -> None:

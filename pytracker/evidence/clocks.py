@@ -13,10 +13,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.lag import EDGE_S, GRID_S, LEAST_OVERLAP_S, MOST_EXPLAINED, banded, explained_by, was_seen
+from pytracker.evidence.lag import (
+    BAND_HZ,
+    EDGE_S,
+    GRID_S,
+    LEAST_OVERLAP_S,
+    MOST_EXPLAINED,
+    banded,
+    explained_by,
+    was_seen,
+)
 from pytracker.rotation import Array
+from pytracker.series import noise_sd
 
-__all__ = ["Clock", "find_clock"]
+__all__ = ["Clock", "explained_as_given", "find_clock"]
 
 MOST, STEP = 0.25, 0.005
 """Rates from 24 frames/s for 30, to those so near that a minute does not tell them apart."""
@@ -29,8 +39,9 @@ BLOCK_S = 0.5
 """Movement is counted in stretches so long: where most of them rest, few say anything."""
 LEAST_SWIFT = 0.15
 """So much of the movement, RMS, must be as swift as is laid over each other: of what is slow only its remains are."""
-LEAST_EXPLAINED = 0.75
-"""Where less is explained at any, something else is wrong, or nothing moves."""
+
+LEAST_CLEAR = 2.2
+"""And so many times more than what its centre jumps by: of a fifth that is noise nothing can be explained."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +60,11 @@ class Clock:
     later_s: float
     explained: float
     worth_s: float
+
+    @property
+    def is_last(self) -> bool:
+        """Whether no rate was tried that is farther from the given one: the best may be."""
+        return abs(self.slower) > MOST - STEP
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,35 +85,56 @@ def find_clock(
 ) -> tuple[Clock, Clock] | None:
     """The best clock within `near_s` at the rates that are given, and the best of all that are tried.
 
-    Tried are other rates within `near_s`, and at the given rates every time. None where too little is seen or
-    explained, or the best is at the last rate that is tried. `pixels` `(T, 2)` are where the patch was at `frame_s`;
-    `acceleration` `(M, 3)` is the IMU's at `imu_s`, by the video's clock as far as it is known, in an earth frame
-    without gravity.
+    Tried are other rates within `near_s`, and at the given rates every time. None where too little is seen, or moves
+    too slowly. `pixels` `(T, 2)` are where the patch was at `frame_s`; `acceleration` `(M, 3)` is the IMU's at `imu_s`,
+    by the video's clock as far as it is known, in an earth frame without gravity.
     """
-    first = frame_s <= frame_s[0] + FIRST_S
-    seen = np.isfinite(pixels[first]).all(axis=1)
-    if seen.sum() < 2 or seen.mean() * np.ptp(frame_s[first]) < LEAST_S or len(imu_s) < 2:
+    way = _way(frame_s, pixels)
+    if way is None or len(imu_s) < 2:
         return None
-    camera_s, camera = banded(frame_s[first], pixels[first])
-    edge = round(EDGE_S / GRID_S)
-    whole_px = float(np.linalg.norm(np.nanstd(pixels[first], axis=0)))
-    if len(camera) < 3 * edge or not float(np.linalg.norm(camera[edge:-edge].std(axis=0))) > LEAST_SWIFT * whole_px:
-        return None
-    way = _Way(camera_s, camera[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge])
     as_given = _laid(way, imu_s, acceleration, 0.0, near_s)
     given = max((clock for clock in as_given if abs(clock.later_s) < near_s), key=_worth, default=NONE)
     # At another rate only what is about there is looked at.
     at_s, about_s = imu_s + given.later_s, min(near_s, MOST * FIRST_S) + MOST * FIRST_S + 2.0 * EDGE_S
-    about = np.abs(at_s - np.clip(at_s, camera_s, frame_s[first][-1])) <= about_s
+    about = np.abs(at_s - np.clip(at_s, way.from_s, frame_s[frame_s <= frame_s[0] + FIRST_S][-1])) <= about_s
     rates = [STEP * step for step in range(-round(MOST / STEP), round(MOST / STEP) + 1) if step]
     imu_s, acceleration = imu_s[about], acceleration[about]
     others = [clock for rate in rates for clock in _laid(way, imu_s, acceleration, rate, near_s)]
     best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=NONE)
-    if best.explained < LEAST_EXPLAINED or abs(best.slower) > MOST - STEP:
-        return None
     lively = _lively(way.pixels[way.seen > 0])
     given, best = (replace(clock, worth_s=lively * clock.worth_s) for clock in (given, best))
     return given, best
+
+
+def explained_as_given(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) -> float | None:
+    """Share of the patch's way that the IMU's explains by the clock that is given, or one near it; arguments as above.
+
+    None where `find_clock` finds none, or they overlap too briefly.
+    """
+    way = _way(frame_s, pixels)
+    if way is None:
+        return None
+    clocks = _laid(way, imu_s, acceleration, 0.0, NEAR_S)
+    return max((clock.explained for clock in clocks if abs(clock.later_s) < NEAR_S), default=None)
+
+
+def _way(frame_s: Array, pixels: Array) -> _Way | None:
+    """Of the first minute; None where too little is seen of it, or it goes too slowly."""
+    first = frame_s <= frame_s[0] + FIRST_S
+    seen = np.isfinite(pixels[first]).all(axis=1)
+    if seen.sum() < 2 or seen.mean() * np.ptp(frame_s[first]) < LEAST_S:
+        return None
+    from_s, way = banded(frame_s[first], pixels[first])
+    edge = round(EDGE_S / GRID_S)
+    whole_px = float(np.linalg.norm(np.nanstd(pixels[first], axis=0)))
+    if len(way) < 3 * edge:
+        return None
+    swift_px = float(np.linalg.norm(way[edge:-edge].std(axis=0)))
+    interval_s = float(np.median(np.diff(frame_s[first])))
+    noise_px = float(np.linalg.norm(noise_sd(pixels[first][seen]))) * np.sqrt(min(1.0, 2.0 * interval_s * BAND_HZ[1]))
+    if not swift_px > max(LEAST_SWIFT * whole_px, LEAST_CLEAR * noise_px):
+        return None
+    return _Way(from_s, way[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge])
 
 
 def _lively(camera: Array) -> float:

@@ -15,6 +15,7 @@ from pytracker.rotation import Array
 from pytracker.series import runs
 
 __all__ = [
+    "BAND_HZ",
     "EDGE_S",
     "GRID_S",
     "LEAST_OVERLAP_S",

@@ -80,6 +80,11 @@ class ArmMethod(Method):
     filter: ClassVar[str]
     """Which of the engine's filters runs it: `particles`, `gaussian`, `mixture` or `smoother`."""
 
+    @property
+    def follows_patch(self) -> bool:
+        """Whether the patch says where the wrist is."""
+        return True
+
 
 @dataclass(frozen=True, kw_only=True)
 class ParticleMethod(ArmMethod):
@@ -105,6 +110,11 @@ class ParticleMethod(ArmMethod):
     def sample_size(self) -> int | None:
         """How many particles it has."""
         return self.particles
+
+    @property
+    def follows_patch(self) -> bool:
+        """Whether the patch weighs its particles in any layer."""
+        return any("colour" in cues for _, cues, _ in self.layers)
 
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them."""
@@ -163,6 +173,11 @@ class Ekf(ArmMethod):
 
     corrections: tuple[str, ...] = ("colour",)
 
+    @property
+    def follows_patch(self) -> bool:
+        """Whether the patch is among its corrections."""
+        return "colour" in self.corrections
+
 
 @dataclass(frozen=True, kw_only=True)
 class Inertial(ArmMethod):
@@ -175,6 +190,11 @@ class Inertial(ArmMethod):
     filter: ClassVar[str] = "gaussian"
 
     corrections: tuple[str, ...] = ()
+
+    @property
+    def follows_patch(self) -> bool:
+        """Whether the patch is among its corrections."""
+        return "colour" in self.corrections
 
 
 @dataclass(frozen=True, kw_only=True)

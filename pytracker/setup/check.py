@@ -33,7 +33,7 @@ from pytracker.setup.check_worn import check_clock, check_worn, given_axis
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.worn import Worn
-from pytracker.tracking.clocks import is_another, words_of
+from pytracker.tracking.clocks import words_of
 from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.found import CLOCK, Found, found_by
 from pytracker.tracking.track import default_method, track
@@ -133,10 +133,10 @@ def _arm(draft: Draft) -> Looked:
     if log is None or sightings is None or acceleration is None:
         return found, None, box
     offset_s = draft.get("imu.offset_s")
-    # By any offset: whether one is given, and right, is looked at next; at another rate none is.
+    # By any offset: whether one is given, and right, is looked at next; at another rate, or of another take, none is.
     clocks = find_clock(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration, near_s=np.inf)
-    if clocks is not None and is_another(*clocks):
-        return [*found, Finding("rates of video and IMU", "wrong", words_of(*clocks))], None, box
+    if clocks is not None and (wrong := words_of(*clocks)):
+        return [*found, Finding("video and IMU", "wrong", wrong)], None, box
     lags = find_lags(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration)
     if lags:
         standing, sightings = _without_standing(sightings, log, lags[0].offset_s)

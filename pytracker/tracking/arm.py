@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import ARM_NOTHING_CAME, Tracker, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
-from pytracker.methods.arm import ArmMethod
+from pytracker.methods.arm import ArmMethod, Mixture
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
+from pytracker.tracking.alike import UNLIKE, moves_otherwise
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
@@ -22,6 +24,8 @@ STRETCH = 200
 """Frames tracked between two calls of the progress function, at the most."""
 PARTICLE_FRAMES = 4_000_000
 """So many particles times frames are a second's work: whoever stops a run does not wait for longer."""
+TURN = slice(9, 12)
+"""Columns of the orientation's error in the state of a worn arm: after position, velocity and bias."""
 JITTERY = 1.5
 """Centres that jump by so many times `pixel_sd` are more uncertain than that."""
 
@@ -103,9 +107,13 @@ def _assemble(
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (found.count - end)
     for row, doubt in enumerate(found.table["doubt"], start=first):
-        # What says why nothing came, or for how long, stands in its place.
-        if doubt and doubt not in ARM_NOTHING_CAME:
-            reason[row] = f"{doubt}; {reason[row]}" if reason[row] else doubt
+        # What says why nothing came, or for how long, stands in its place; `_unlike` sees what comes later too.
+        if doubt and doubt not in (*ARM_NOTHING_CAME, UNLIKE):
+            reason[row] = f"{doubt}; {reason[row]}" if reason[row] else str(doubt)
+    joints = {joint: found.joint(joint) for joint in ("wrist", "elbow")}
+    state_mean = found.rows(found.table["mean"])
+    for frame in _unlike(recording, method, sightings, joints["wrist"].mean, state_mean):
+        reason[frame] = f"{reason[frame]}; {UNLIKE}" if reason[frame] else UNLIKE
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
     for frame in np.flatnonzero(since > max(method.hold_s, 1.5 * float(np.median(np.diff(imu_time_s))))):
@@ -114,12 +122,12 @@ def _assemble(
         method=method,
         seed=seed,
         time_s=sightings.time_s,
-        joints={joint: found.joint(joint) for joint in ("wrist", "elbow")},
+        joints=joints,
         ess=found.rows(found.table["ess"]),
         log_evidence=found.rows(found.table["log_evidence"]),
         valid=np.array([not words for words in reason]),
         reason=tuple(reason),
-        state_mean=found.rows(found.table["mean"]),
+        state_mean=state_mean,
         state_sd=found.rows(found.table["sd"]),
         wrist_covariance=found.rows(found.table["place_covariance"]),
         sightings=sightings,
@@ -127,3 +135,13 @@ def _assemble(
         stage_s=stage_s,
         lost=found.lost,
     )
+
+
+def _unlike(
+    recording: ArmRecording, method: ArmMethod, sightings: Sightings, wrist_m: Array, state_mean: Array
+) -> NDArray[np.intp]:
+    """Frames in which the patch that the method follows moves otherwise than the sensor."""
+    if not method.follows_patch:
+        return np.empty(0, dtype=np.intp)
+    turn_rad = np.nanmean(state_mean[:, TURN], axis=0) if isinstance(method, Mixture) else np.zeros(3)
+    return np.flatnonzero(moves_otherwise(recording, sightings, wrist_m, turn_rad))

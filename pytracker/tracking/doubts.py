@@ -19,6 +19,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import ArmMethod, Ekf, Mixture, Smooth
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
+from pytracker.tracking.alike import UNLIKE
 from pytracker.tracking.arm import JITTERY, ArmTrack, track_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_doubts import of_body
@@ -235,7 +236,7 @@ def unbelieved(track: Track) -> tuple[str, ...]:
     said = (words for reason in track.reason if reason for words in reason.split("; "))
     counts = Counter(re.sub(r" for [\d.]+ s$", "", words) for words in said)
     bad = int((~track.valid).sum())
-    if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in ARM_DOUBTS)):
+    if not bad or (bad < FEW_UNSEEN * len(track.valid) and not any(words in counts for words in (*ARM_DOUBTS, UNLIKE))):
         return ()
     named = ", ".join(f"{words} ({count})" for words, count in counts.most_common(3))
     share = bad / len(track.valid)

@@ -1,5 +1,6 @@
 //! The arm as a tracker's subject: the motion of every IMU sample is composed, every camera frame updates one of the filters.
 
+use super::alike::{Alike, Taken, UNLIKE};
 use super::cues::landmark::{Landmark, SAME_FRAME_S};
 use super::cues::upper_arm::{Direction, direction_at};
 use super::ekf::ArmGaussian;
@@ -14,7 +15,7 @@ use super::plausible::{Judged, PATIENCE_S, Plausibility, UNKNOWN};
 use super::posed::sightings;
 use super::setup::Setup;
 use super::smooth::Recorded;
-use super::state::{Arm, Layout, Noise, POSITION, View, require_finite};
+use super::state::{Arm, Layout, Noise, POSITION, View, WRIST, require_finite};
 use super::timeline::Timeline;
 use crate::error::{require, require_time};
 use crate::estimate::Estimate;
@@ -37,6 +38,7 @@ pub struct ArmFilter {
     filter: Filter,
     last_world_sensor: Option<Quaternion>,
     plausibility: Plausibility,
+    alike: Alike,
     /// For how long since the last sighting the IMU has said nothing, s.
     blind_s: f64,
     /// Nothing is known until the patch is seen again.
@@ -97,6 +99,7 @@ impl ArmFilter {
             filter,
             last_world_sensor: None,
             plausibility: Plausibility::new(),
+            alike: Alike::default(),
             blind_s: 0.0,
             is_unknown: false,
             restarts: 0,
@@ -245,7 +248,17 @@ impl ArmFilter {
         }
         // What is kept was judged by the arm and the picture alone: a smoother sees what comes later.
         self.incoming.look(time_s, elapsed_s, !frame.sightings.is_empty());
-        estimate.doubt = estimate.doubt.or(self.incoming.doubt(self.sees_patch()));
+        self.alike.take(&Taken {
+            time_s,
+            motion: &frame.motion,
+            gap_s: self.timeline.pending_gap_s(),
+            acceleration: frame.acceleration,
+            world_sensor,
+            sightings: &frame.sightings,
+            wrist: estimate.places[WRIST].mean,
+        });
+        let unlike = (self.sees_patch() && self.alike.is_otherwise()).then_some(UNLIKE);
+        estimate.doubt = estimate.doubt.or(self.incoming.doubt(self.sees_patch())).or(unlike);
         self.last_world_sensor = Some(world_sensor);
         self.timeline.clear_pending();
         Ok(estimate)
@@ -295,6 +308,7 @@ impl ArmFilter {
             Filter::Mixture(filter) => filter.start_again(&self.arm, &self.noise, &stretch),
         }
         self.plausibility = Plausibility::new();
+        self.alike = Alike::default();
         self.last_world_sensor = None;
         self.timeline.clear_pending();
     }

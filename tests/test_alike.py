@@ -1,0 +1,96 @@
+"""A patch that does not move as the sensor does makes no valid frames; one that does loses none."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.methods.arm import ArmMethod
+from pytracker.simulate.arm import ArmSimulation
+from pytracker.tracking.alike import UNLIKE
+from pytracker.tracking.arm import ArmTrack
+
+PATTERNS = ("circle", "rectangle", "reach", "gesture")
+
+
+def simulated(pattern: str, seed: int, period_s: float = 2.5) -> tuple[pt.ArmRecording, pt.Sightings]:
+    """A recording as worn, and its patch's centres, 2 px."""
+    scene = pt.ArmScene(pattern=pattern, duration_s=16.0, period_s=period_s, worn=True)
+    simulation = ArmSimulation(scene, seed)
+    return simulation.recording(), pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+
+
+def unlike(track: ArmTrack) -> np.ndarray:
+    """In which frames they are said not to move alike."""
+    return np.array([UNLIKE in words for words in track.reason])
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+@pytest.mark.parametrize("method", [pt.Mixture(), pt.Smooth()], ids=["mixture", "smooth"])
+def test_a_sensor_that_is_worn_beside_its_patch_loses_no_frame(pattern: str, method: ArmMethod) -> None:
+    for seed, period_s in ((31, 2.0), (32, 3.0), (33, 8.0)):
+        recording, sightings = simulated(pattern, seed, period_s)
+        assert not unlike(pt.track(recording, method, 1, sightings=sightings)).any()
+
+
+@pytest.mark.parametrize(("seen", "worn"), [("reach", "gesture"), ("gesture", "circle"), ("rectangle", "reach")])
+def test_a_sensor_of_another_take_leaves_no_valid_frame(seen: str, worn: str) -> None:
+    recording, sightings = simulated(seen, 41)
+    other, _ = simulated(worn, 42)
+    strange = dataclasses.replace(recording, imus=other.imus)
+    track = pt.track(strange, pt.Smooth(), 1, sightings=sightings)
+    assert unlike(track).mean() > 0.9
+    assert track.doubts
+    assert pt.doubts(pt.track(recording, pt.Smooth(), 1, sightings=sightings)) == ()
+
+
+def test_a_sensor_of_another_take_is_called_so() -> None:
+    """Its heading was blamed before."""
+    recording, sightings = simulated("gesture", 41)
+    other, _ = simulated("circle", 42)
+    (said,) = pt.track(dataclasses.replace(recording, imus=other.imus), pt.Mixture(), 1, sightings=sightings).doubts
+    assert "are video and IMU of one take" in said
+
+
+def test_frames_in_which_the_patch_is_lost_are_told_from_the_others() -> None:
+    """A thing beside the wrist is followed for four seconds."""
+    recording, sightings = simulated("gesture", 51)
+    lost = (sightings.time_s > 6.0) & (sightings.time_s < 10.0)
+    pixels = sightings.pixels[:, 0].copy()
+    pixels[lost] = pixels[np.flatnonzero(lost)[0]] + 2.0 * np.random.default_rng(1).standard_normal((lost.sum(), 2))
+    found = unlike(pt.track(recording, pt.Mixture(), 1, sightings=pt.Sightings.of(sightings.time_s, pixels)))
+    assert found[lost].mean() > 0.9
+    assert not found[(sightings.time_s < 4.0) | (sightings.time_s > 12.0)].any()
+
+
+def test_what_never_looks_at_the_patch_is_not_judged_by_it() -> None:
+    recording, sightings = simulated("gesture", 61)
+    other, _ = simulated("circle", 62)
+    strange = dataclasses.replace(recording, imus=other.imus)
+    assert not unlike(pt.track(strange, pt.Inertial(), 1, sightings=sightings)).any()
+
+
+def test_a_few_frames_say_nothing() -> None:
+    recording, sightings = simulated("gesture", 71)
+    for count in (1, 2, 30):
+        some = pt.Sightings.of(sightings.time_s[:count], sightings.pixels[:count, 0])
+        assert not unlike(pt.track(recording, pt.Mixture(), 1, sightings=some)).any()
+
+
+@pytest.mark.parametrize(("seen", "worn"), [("reach", "gesture"), ("circle", "gesture")])
+def test_a_stream_tells_it_while_it_comes(seen: str, worn: str) -> None:
+    recording, sightings = simulated(seen, 81)
+    other, _ = simulated(worn, 82)
+
+    def said(of: pt.ArmRecording) -> list[str]:
+        tracker = pt.Tracker(of, pt.Mixture(), 1)
+        estimates = [tracker.observe(one) for one in of.observations(sightings)]
+        return [one.doubt for one in estimates if one is not None]
+
+    assert not any(said(recording))
+    late = said(dataclasses.replace(recording, imus=other.imus))[150:]
+    assert np.mean([bool(words) for words in late]) > 0.8
+    assert UNLIKE in late
