@@ -343,6 +343,17 @@ def test_mt9_faults(tmp_path: Path) -> None:
         read_imu(write(tmp_path / "imu.csv", rows()), orientation_file=cal)
 
 
+def test_mt9_logs_that_are_cut_short_lose_one_row(tmp_path: Path) -> None:
+    """Either was refused whole."""
+    cal, quat = mt9(tmp_path, "cal"), mt9(tmp_path, "quat")
+    for log in (cal, quat):
+        lines = log.read_text().splitlines(keepends=True)
+        log.write_text("".join(lines[:-1]) + "\t".join(lines[-1].split("\t")[:3]))
+    log = read_imu(cal, orientation_file=quat)
+    assert len(log.time_s) == 39
+    assert ["its last row has 3 cells of" in words for words in log.warnings] == [True, True]
+
+
 # -- nothing but our own error, whatever the bytes -------------------------------------------------------------
 
 CELLS = st.sampled_from(["0", "1", "-2.5", "9.8", "", "nan", "inf", "x", "1e999", "65535", "1_0", "٣", "Hz"])

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.text import Table, parse_table, read_lines
+from pytracker.formats.text import Table, parse_table, read_lines, without_cut_row
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import euler_to_quaternion, matrix_to_quaternion
 
@@ -34,7 +34,7 @@ ORIENTATION = {5: "quaternion", 4: "Euler", 10: "matrix"}
 
 def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
     """From the lines of the `cal` log and, where given, an orientation log. Raises `InputError`."""
-    table = _parse(path, lines)
+    table, warnings = _parse(path, lines)
     if table.values.shape[1] != CALIBRATED:
         raise InputError(
             f"{path}:{table.lines[0]}: row has {table.values.shape[1]} columns, expected {CALIBRATED}: the MT9 log of "
@@ -42,17 +42,16 @@ def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
             "orientation_file"
         )
     values, numbers = table.values, table.lines
-    warnings: tuple[str, ...] = ()
     q = None
     if orientation_file is not None:
-        orientation = _parse(orientation_file, read_lines(orientation_file))
+        orientation, cut = _parse(orientation_file, read_lines(orientation_file))
+        warnings += cut
         here, there = _same_times(table, orientation)
         q = _quaternions(orientation)[there]
         lost = len(values) + len(orientation.values) - 2 * len(here)
         if lost:
-            warnings = (
-                f"{path} and {orientation_file}: {lost} rows have no partner of the same time and are left out",
-            )
+            words = f"{path} and {orientation_file}: {lost} rows have no partner of the same time and are left out"
+            warnings += (words,)
         values, numbers = values[here], numbers[here]
     return ImuLog(
         path=path,
@@ -66,10 +65,12 @@ def read(path: Path, lines: list[str], orientation_file: Path | None) -> ImuLog:
     )
 
 
-def _parse(path: Path, lines: list[str]) -> Table:
+def _parse(path: Path, lines: list[str]) -> tuple[Table, tuple[str, ...]]:
+    """The table, and a word on a last row that was cut short."""
     first = next((k for k, line in enumerate(lines) if line.strip()), 0)
     names = [f"column {k + 1}" for k in range(len(lines[first].rstrip("\t").split("\t")))]
-    return parse_table(path, lines, first, names, "\t", set(names))
+    lines, cut = without_cut_row(path, lines, first, names, "\t")
+    return parse_table(path, lines, first, names, "\t", set(names)), cut
 
 
 def _quaternions(table: Table) -> Float:
