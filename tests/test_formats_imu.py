@@ -349,9 +349,9 @@ def test_mt9_logs_that_are_cut_short_lose_one_row(tmp_path: Path) -> None:
     for log in (cal, quat):
         lines = log.read_text().splitlines(keepends=True)
         log.write_text("".join(lines[:-1]) + "\t".join(lines[-1].split("\t")[:3]))
-    log = read_imu(cal, orientation_file=quat)
-    assert len(log.time_s) == 39
-    assert ["its last row has 3 cells of" in words for words in log.warnings] == [True, True]
+    found = read_imu(cal, orientation_file=quat)
+    assert len(found.time_s) == 39
+    assert ["its last row has 3 cells of" in words for words in found.warnings] == [True, True]
 
 
 # -- nothing but our own error, whatever the bytes -------------------------------------------------------------

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -45,6 +46,32 @@ def test_a_mat_file_is_what_a_csv_would_be(tmp_path: Path) -> None:
     assert log.time_s[-1] == pytest.approx(0.49)
 
 
+@pytest.mark.parametrize("is_matlab", [True, False])
+def test_arrays_in_hdf5_are_read(tmp_path: Path, is_matlab: bool) -> None:
+    """MATLAB 7.3, which writes column by column behind a header; and BROAD's, whose rate is an attribute."""
+    rng = np.random.default_rng(2)
+    arrays = {"imu_acc": rng.normal(size=(50, 3)), "imu_gyr": rng.normal(size=(50, 3))}
+    path = tmp_path / ("imu.mat" if is_matlab else "imu.hdf5")
+    with h5py.File(path, "w", userblock_size=512 if is_matlab else 0) as file:
+        for name, values in arrays.items():
+            of = file.create_dataset(name, data=values.T if is_matlab else values)
+            if is_matlab:
+                of.attrs["MATLAB_class"] = np.bytes_("double")
+        if is_matlab:
+            file.create_dataset("sampling_rate", data=[[100.0]]).attrs["MATLAB_class"] = np.bytes_("double")
+        else:
+            file.attrs["sampling_rate"] = 100.0
+    if is_matlab:
+        with path.open("r+b") as bytes_of:
+            bytes_of.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
+    log = read_imu(path)
+    assert log.acc is not None
+    assert log.gyr is not None
+    assert np.array_equal(log.acc, arrays["imu_acc"])
+    assert np.array_equal(log.gyr, arrays["imu_gyr"])
+    assert log.time_s[-1] == pytest.approx(0.49)
+
+
 @pytest.mark.parametrize(
     ("arrays", "expected"),
     [
@@ -77,7 +104,7 @@ def test_points_of_another_length_are_not_left_out_unsaid(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("head", "expected"),
     [
-        (b"MATLAB 7.3 MAT-file", "MATLAB 7.3 file, expected version 5"),
+        (b"MATLAB 7.3 MAT-file", "is no file of arrays that can be read"),
         (b"MATLAB 5.0 MAT-file", "no MATLAB file that can be read"),
     ],
 )

@@ -1,7 +1,7 @@
-"""MATLAB files (version 5 to 7), by SciPy (the extra `mat`): an IMU's samples, or measured points.
+"""An IMU's samples, or measured points, as arrays: in MATLAB's files (SciPy, the extra `mat`), or in HDF5 (h5py).
 
-Arrays are told apart by their names, such as those of BROAD (Laidig et al. 2021): `imu_acc`, `imu_gyr`, `imu_mag`
-`(M, 3)` in m/s², rad/s and any unit, `opt_pos` `(M, 3)` in m, `sampling_rate` in Hz.
+MATLAB's version 7.3 is HDF5. Arrays are told apart by their names, such as those of BROAD (Laidig et al. 2021):
+`imu_acc`, `imu_gyr`, `imu_mag` `(M, 3)` in m/s², rad/s and any unit, `opt_pos` `(M, 3)` in m, `sampling_rate` in Hz.
 """
 
 from __future__ import annotations
@@ -12,13 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
+from pytracker.formats.hdf5 import is_hdf5, opened
 from pytracker.formats.markers import Markers, without_fillers
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import Array
 
 __all__ = ["is_mat", "read_mat_imu", "read_mat_points"]
 
-HEADS = (b"MATLAB 5.0 MAT-file", b"MATLAB 7.3 MAT-file")
+HEAD_OF_HDF5 = b"MATLAB 7.3 MAT-file"
+HEADS = (b"MATLAB 5.0 MAT-file", HEAD_OF_HDF5)
 NAMES = {
     "acc": ("imu_acc", "acc", "accelerometer", "acceleration"),
     "gyr": ("imu_gyr", "gyr", "gyro", "gyroscope"),
@@ -29,7 +31,7 @@ NAMES = {
 RATES = ("sampling_rate", "rate_hz", "fs", "rate")
 TIMES = ("time_s", "time", "t")
 UNREADABLE = (
-    OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError, zlib.error
+    NotImplementedError, OSError, ValueError, TypeError, KeyError, IndexError, OverflowError, MemoryError, zlib.error
 )  # fmt: skip
 """What SciPy raises for bytes that are none of MATLAB's."""
 WIDTHS = {"q_world_sensor": 4}
@@ -38,12 +40,21 @@ SLOWEST_HZ, FASTEST_HZ, OFF_RATE = 1.0, 1e5, 0.05
 
 
 def is_mat(path: Path) -> bool:
-    """Whether it begins as MATLAB's files do."""
+    """Whether it begins as MATLAB's files do, or is HDF5 and holds what an IMU measures by the same names."""
+    return _head(path) in HEADS or (is_hdf5(path) and _has_arrays(path))
+
+
+def _has_arrays(path: Path) -> bool:
+    with opened(path, "file of arrays") as file:
+        return any(name.lower() in NAMES["acc"] for name in file)
+
+
+def _head(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
-            return file.read(19) in HEADS
+            return file.read(len(HEAD_OF_HDF5))
     except OSError:
-        return False
+        return b""
 
 
 def read_mat_imu(path: Path, rate_hz: float | None = None) -> ImuLog:
@@ -84,6 +95,8 @@ def _arrays(path: Path) -> dict[str, Array]:
     """Every array of numbers, by name."""
     if not path.is_file():
         raise InputError(f"{path}: no such file")
+    if is_hdf5(path) or _head(path) == HEAD_OF_HDF5:
+        return _of_hdf5(path)
     try:
         from scipy.io import loadmat  # noqa: PLC0415 - an extra
         from scipy.io.matlab import MatReadError  # noqa: PLC0415 - likewise
@@ -91,8 +104,6 @@ def _arrays(path: Path) -> dict[str, Array]:
         raise InputError(f"{path}: reading MATLAB's files needs SciPy: pip install scipy") from None
     try:
         found = loadmat(path)
-    except NotImplementedError:  # SciPy's word for version 7.3, which is HDF5
-        raise InputError(f"{path}: is a MATLAB 7.3 file, expected version 5 to 7: save it with -v7") from None
     except (*UNREADABLE, MatReadError) as error:
         raise InputError(f"{path}: is no MATLAB file that can be read: {str(error)[:200]}") from None
     numbers = {name: of for name, of in found.items() if isinstance(of, np.ndarray) and of.dtype.kind in "fiub"}
@@ -101,6 +112,18 @@ def _arrays(path: Path) -> dict[str, Array]:
     if lost:
         raise InputError(f"{path}: {lost[0]} is no plain array of real numbers, expected one")
     return {name: np.asarray(values, dtype=np.float64) for name, values in numbers.items()}
+
+
+def _of_hdf5(path: Path) -> dict[str, Array]:
+    """Its arrays and attributes that are numbers, by name; MATLAB's are written column by column."""
+    with opened(path, "file of arrays") as file:
+        found = {}
+        for name, of in (*file.items(), *file.attrs.items()):
+            values = np.asarray(of) if np.isscalar(of) or hasattr(of, "dtype") else None
+            if values is not None and values.dtype.kind in "fiub":
+                is_turned = "MATLAB_class" in getattr(of, "attrs", ())
+                found[name] = np.asarray(values.T if is_turned else values, dtype=np.float64)
+        return found
 
 
 def _named(arrays: dict[str, Array], names: tuple[str, ...]) -> Array | None:

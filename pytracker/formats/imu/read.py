@@ -5,7 +5,7 @@
 | csv | plain CSV with a header (design of the recording folder) | `table` |
 | mt-manager | Xsens MT Manager's or DOT's text export, any columns and delimiter | `mt_manager` |
 | mt9-log | Xsens MT9 software logs, acceleration and orientation in two files | `mt9_log` |
-| mat | MATLAB, such as BROAD's | `mat` |
+| mat | MATLAB or arrays in HDF5, such as BROAD's | `mat` |
 | mvnx | Xsens MVN's suit, the sensor of one segment | `mvnx` |
 | apdm | APDM's HDF5, the sensor of one segment | `apdm` |
 | x-imu3 | x-io's x-IMU3: a folder with a CSV a kind of message | `ximu3` |
