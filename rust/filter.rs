@@ -18,6 +18,7 @@ mod kalman;
 mod layered;
 mod linear_transition;
 mod mixture;
+mod passes;
 mod recorder;
 mod smoother;
 mod spread;

@@ -1,16 +1,16 @@
 //! The whole recording at once: Gauss-Newton over all its states, by Kalman passes forward and back.
 //!
-//! For a chain of states one Gauss-Newton step is a Kalman filter and a smoother's way back, linearised about the last
-//! trajectory (Bell, "The iterated Kalman smoother as a Gauss-Newton method", SIAM J. Optimization 4(3), 1994): the same
-//! normal equations, block-tridiagonal, in time and memory that grow with the length. What is constant is a column that does
-//! not walk: its border is carried along. Covariances are those of each state given the whole recording.
+//! For a chain of states one Gauss-Newton step is a Kalman filter and a smoother's way back (`passes`), linearised about the
+//! last trajectory (Bell, "The iterated Kalman smoother as a Gauss-Newton method", SIAM J. Optimization 4(3), 1994): the
+//! same normal equations, block-tridiagonal, in time and memory that grow with the length. What is constant is a column that
+//! does not walk: its border is carried along. Covariances are those of each state given the whole recording.
 
-use super::kalman::symmetrise;
 use super::linear_transition::LinearTransition;
+use super::passes::{covariances, filter, means};
 use super::spread::Spread;
-use super::{Gaussian, Innovation, Linear};
+use super::{Gaussian, Linear};
 use crate::{Error, Result};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// A step is halved so often before it is given up.
 const HALVINGS: i32 = 8;
@@ -69,14 +69,6 @@ pub struct Settled {
     pub is_settled: bool,
 }
 
-/// One pass forward, kept for the way back.
-struct Forward {
-    filtered: Vec<Gaussian>,
-    /// Whether the chain starts there.
-    starts: Vec<bool>,
-    corrections: Vec<Vec<Innovation>>,
-}
-
 /// The likeliest trajectory of `chain`, starting from one: at most `turns` steps, each shortened until it explains more than the
 /// last, until no state moves by more than `settled` of its own standard deviations.
 ///
@@ -120,13 +112,6 @@ pub fn smooth(chain: &impl Chain, at: Vec<DVector<f64>>) -> Result<Smoothed> {
     let mut states = forward.filtered;
     states.iter_mut().zip(at).for_each(|(state, mean)| state.mean = mean);
     Ok(Smoothed { states, log_evidence })
-}
-
-impl Forward {
-    fn log_evidence(&self) -> Vec<f64> {
-        let of_step = |step: &Vec<Innovation>| step.iter().map(|correction| correction.log_evidence).sum();
-        self.corrections.iter().map(of_step).collect()
-    }
 }
 
 /// A trajectory that explains more than the last, and what is measured about it.
@@ -183,95 +168,10 @@ fn in_sd(state: &Gaussian, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
     (0..from.len()).map(|d| (to[d] - from[d]).abs() / sd(d)).fold(0.0, f64::max)
 }
 
-/// The pass forward, by what was measured about the trajectory `at`.
-fn filter(chain: &impl Chain, at: &[DVector<f64>], measured: Vec<Vec<Linear>>) -> Result<Forward> {
-    let count = chain.len();
-    let mut forward = Forward {
-        filtered: Vec::with_capacity(count),
-        starts: Vec::with_capacity(count),
-        corrections: Vec::with_capacity(count),
-    };
-    for (step, (at, measured)) in at.iter().zip(measured).enumerate() {
-        let start = chain.start(step);
-        forward.starts.push(start.is_some());
-        let mut state = match (start, forward.filtered.last()) {
-            (Some(start), _) => start,
-            (None, Some(before)) => {
-                let mut state = before.clone();
-                chain.predict(step, &mut state);
-                state
-            }
-            (None, None) => {
-                return Err(Error::Size { name: "start of a chain", got: 0, unit: "Gaussians", expected: 1 });
-            }
-        };
-        let mut corrections = Vec::new();
-        for (residual, slope, noise) in measured {
-            // What the residual would be at the state as it stands.
-            let residual = residual - &slope * (&state.mean - at);
-            let correction = Innovation::new(chain.time_s(step), &state, (residual, slope, noise))?;
-            state.mean += correction.step();
-            correction.narrow(&mut state.covariance);
-            corrections.push(correction);
-        }
-        forward.corrections.push(corrections);
-        forward.filtered.push(state);
-    }
-    Ok(forward)
-}
-
-/// Means given the whole recording: back by the adjoint of the filter, which inverts no covariance (Bierman, "Fixed interval
-/// smoothing with discrete measurements", Int. J. Control 18(1), 1973: modified Bryson-Frazier).
-fn means(chain: &impl Chain, forward: &Forward) -> Result<Vec<DVector<f64>>> {
-    let mut means: Vec<DVector<f64>> = forward.filtered.iter().map(|state| state.mean.clone()).collect();
-    let mut adjoint = DVector::zeros(forward.filtered[0].mean.len());
-    for step in (0..means.len()).rev() {
-        means[step] += &forward.filtered[step].covariance * &adjoint;
-        for Innovation { residual, slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
-            adjoint += slope.tr_mul(&(weight * (residual - by_state.tr_mul(&adjoint))));
-        }
-        if forward.starts[step] {
-            adjoint.fill(0.0);
-        } else {
-            chain.transition(step).back(&mut adjoint);
-        }
-    }
-    match means.iter().position(|mean| mean.iter().any(|x| !x.is_finite())) {
-        Some(step) => Err(Error::RanAway { time_s: chain.time_s(step) }),
-        None => Ok(means),
-    }
-}
-
-/// Covariances given the whole recording, in place of the filter's: the same way back.
-fn covariances(chain: &impl Chain, forward: &mut Forward) {
-    let dim = forward.filtered[0].mean.len();
-    let mut adjoint = DMatrix::zeros(dim, dim);
-    for step in (0..forward.filtered.len()).rev() {
-        let covariance = &mut forward.filtered[step].covariance;
-        let narrower = &*covariance * (&adjoint * &*covariance);
-        *covariance -= narrower;
-        symmetrise(covariance);
-        for Innovation { slope, by_state, weight, .. } in forward.corrections[step].iter().rev() {
-            let gain = by_state * weight;
-            let seen = &adjoint * &gain;
-            let inner = gain.tr_mul(&seen) + weight;
-            let across = slope.tr_mul(&seen.transpose());
-            adjoint += slope.tr_mul(&(inner * slope));
-            adjoint -= &across;
-            adjoint -= across.transpose();
-        }
-        if forward.starts[step] {
-            adjoint.fill(0.0);
-        } else {
-            chain.transition(step).back_both(&mut adjoint);
-        }
-        symmetrise(&mut adjoint);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::DMatrix;
 
     /// A place and a speed, walking; the place is measured, by a distance from the origin or as it is.
     struct Walk {
