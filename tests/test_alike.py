@@ -47,6 +47,20 @@ def test_a_sensor_of_another_take_leaves_no_valid_frame(seen: str, worn: str) ->
     assert pt.doubts(pt.track(recording, pt.Smooth(), 1, sightings=sightings)) == ()
 
 
+@pytest.mark.parametrize("pattern", ["reach", "circle"])
+def test_a_slow_patch_whose_centre_wanders_is_not_called_strange(pattern: str) -> None:
+    """As a detector's wrist does, by 5 px (1.5 cm) for half a second: most of what it moves by as swiftly."""
+    recording, sightings = simulated(pattern, 91, 6.0)
+    rng, wander = np.random.default_rng(2), np.zeros((len(sightings.time_s), 2))
+    keep = np.exp(-0.04 / 0.4)
+    for k in range(1, len(wander)):
+        wander[k] = keep * wander[k - 1] + 5.0 * np.sqrt(1.0 - keep**2) * rng.standard_normal(2)
+    seen = pt.Sightings.of(sightings.time_s, sightings.pixels[:, 0] + wander)
+    track = pt.track(recording, pt.Smooth(), 1, sightings=seen)
+    assert not unlike(track).any()
+    assert not any("by no clock" in words for words in track.doubts)
+
+
 def test_a_sensor_of_another_take_is_called_so() -> None:
     """Its heading was blamed before."""
     recording, sightings = simulated("gesture", 41)

@@ -26,7 +26,7 @@ from pytracker.evidence.lag import (
 from pytracker.rotation import Array
 from pytracker.series import noise_sd
 
-__all__ = ["Clock", "explained_as_given", "find_clock"]
+__all__ = ["Clock", "clock_as_given", "find_clock"]
 
 MOST, STEP = 0.25, 0.005
 """Rates from 24 frames/s for 30, to those so near that a minute does not tell them apart."""
@@ -40,6 +40,8 @@ BLOCK_S = 0.5
 LEAST_SWIFT = 0.15
 """So much of the movement, RMS, must be as swift as is laid over each other: of what is slow only its remains are."""
 
+LEAST_M = 0.04
+"""A detector's wrist, or a patch that is half hidden, may be off by half of this, now to one side, now to another."""
 LEAST_CLEAR = 2.2
 """And so many times more than what its centre jumps by: of a fifth that is noise nothing can be explained."""
 
@@ -54,12 +56,18 @@ class Clock:
         explained: share of the movement in the picture that the IMU's movement explains.
         worth_s: minus the logarithm of what is left unexplained, times the seconds that are laid over each other and in
             which something moves.
+        swift_px: how far the patch moves as swiftly as is laid over each other, RMS.
     """
 
     slower: float
     later_s: float
     explained: float
     worth_s: float
+    swift_px: float
+
+    def tells(self, px_per_m: float) -> bool:
+        """Whether the patch, where a metre is so large, moves by more than its centre may be off."""
+        return self.swift_px > LEAST_M * px_per_m
 
     @property
     def is_last(self) -> bool:
@@ -74,10 +82,7 @@ class _Way:
     from_s: float
     pixels: Array
     seen: Array
-
-
-NONE = Clock(0.0, 0.0, 0.0, 0.0)
-"""A clock by which nothing is explained."""
+    swift_px: float
 
 
 def find_clock(
@@ -93,29 +98,28 @@ def find_clock(
     if way is None or len(imu_s) < 2:
         return None
     as_given = _laid(way, imu_s, acceleration, 0.0, near_s)
-    given = max((clock for clock in as_given if abs(clock.later_s) < near_s), key=_worth, default=NONE)
+    none = Clock(0.0, 0.0, 0.0, 0.0, way.swift_px)
+    given = max((clock for clock in as_given if abs(clock.later_s) < near_s), key=_worth, default=none)
     # At another rate only what is about there is looked at.
     at_s, about_s = imu_s + given.later_s, min(near_s, MOST * FIRST_S) + MOST * FIRST_S + 2.0 * EDGE_S
     about = np.abs(at_s - np.clip(at_s, way.from_s, frame_s[frame_s <= frame_s[0] + FIRST_S][-1])) <= about_s
     rates = [STEP * step for step in range(-round(MOST / STEP), round(MOST / STEP) + 1) if step]
     imu_s, acceleration = imu_s[about], acceleration[about]
     others = [clock for rate in rates for clock in _laid(way, imu_s, acceleration, rate, near_s)]
-    best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=NONE)
+    best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=none)
     lively = _lively(way.pixels[way.seen > 0])
     given, best = (replace(clock, worth_s=lively * clock.worth_s) for clock in (given, best))
     return given, best
 
 
-def explained_as_given(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) -> float | None:
-    """Share of the patch's way that the IMU's explains by the clock that is given, or one near it; arguments as above.
+def clock_as_given(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Array) -> Clock | None:
+    """That which is given, or one near it; arguments as above.
 
     None where `find_clock` finds none, or they overlap too briefly.
     """
     way = _way(frame_s, pixels)
-    if way is None:
-        return None
-    clocks = _laid(way, imu_s, acceleration, 0.0, NEAR_S)
-    return max((clock.explained for clock in clocks if abs(clock.later_s) < NEAR_S), default=None)
+    clocks = [] if way is None else _laid(way, imu_s, acceleration, 0.0, NEAR_S)
+    return max((clock for clock in clocks if abs(clock.later_s) < NEAR_S), key=_worth, default=None)
 
 
 def _way(frame_s: Array, pixels: Array) -> _Way | None:
@@ -134,7 +138,7 @@ def _way(frame_s: Array, pixels: Array) -> _Way | None:
     noise_px = float(np.linalg.norm(noise_sd(pixels[first][seen]))) * np.sqrt(min(1.0, 2.0 * interval_s * BAND_HZ[1]))
     if not swift_px > max(LEAST_SWIFT * whole_px, LEAST_CLEAR * noise_px):
         return None
-    return _Way(from_s, way[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge])
+    return _Way(from_s, way[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge], swift_px)
 
 
 def _lively(camera: Array) -> float:
@@ -164,13 +168,14 @@ def _laid(way: _Way, imu_s: Array, acceleration: Array, slower: float, near_s: f
     is_near = np.abs(later_s) < near_s
     is_laid = laid_s > np.where(is_near, LEAST_OVERLAP_S, LEAST_S)
     worth_s = np.where(is_laid, -np.log1p(-np.minimum(share, MOST_EXPLAINED)) * laid_s, -np.inf)
-    return list(_best(slower, later_s, share, worth_s, (is_near, ~is_near)))
+    found = _best(slower, later_s, share, worth_s, (is_near, ~is_near))
+    return [Clock(*clock, way.swift_px) for clock in found]
 
 
 def _best(
     slower: float, later_s: Array, share: Array, worth_s: Array, among: tuple[NDArray[np.bool_], ...]
-) -> Iterator[Clock]:
+) -> Iterator[tuple[float, float, float, float]]:
     for some in among:
         k = int(np.where(some, worth_s, -np.inf).argmax())
         if some[k] and np.isfinite(worth_s[k]):
-            yield Clock(slower, float(later_s[k]), float(share[k]), float(worth_s[k]))
+            yield slower, float(later_s[k]), float(share[k]), float(worth_s[k])

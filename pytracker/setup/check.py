@@ -135,7 +135,7 @@ def _arm(draft: Draft) -> Looked:
     offset_s = draft.get("imu.offset_s")
     # By any offset: whether one is given, and right, is looked at next; at another rate, or of another take, none is.
     clocks = find_clock(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration, near_s=np.inf)
-    if clocks is not None and (wrong := words_of(*clocks)):
+    if clocks is not None and (wrong := words_of(*clocks, _px_per_m(draft))):
         return [*found, Finding("video and IMU", "wrong", wrong)], None, box
     lags = find_lags(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration)
     if lags:
@@ -151,6 +151,14 @@ def _arm(draft: Draft) -> Looked:
     if best_s is None:
         return found, None, box
     return found, _laid_over(sightings, log.time_s + best_s, acceleration), box
+
+
+def _px_per_m(draft: Draft) -> float:
+    """How large a metre is where the shoulder is; beyond any bounds where camera or shoulder are not known."""
+    shoulder = draft.get("arm.shoulder_m")
+    if shoulder is None or check_pose(draft).verdict != "right":
+        return np.inf
+    return float(camera_of(draft).px_per_m(np.array([shoulder], dtype=float))[0])
 
 
 def _acceleration(log: ImuLog) -> Array:

@@ -14,7 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from pytracker._core import ARM_UNLIKE
-from pytracker.evidence.clocks import explained_as_given
+from pytracker.evidence.clocks import clock_as_given
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.methods.arm import Mixture
@@ -65,8 +65,9 @@ def moves_otherwise(
     turn = np.broadcast_to(rotation_vector_to_quaternion(turn_rad), imu.q_world_segment.shape)
     turned = np.ascontiguousarray(multiply(turn, imu.q_world_segment))
     acceleration = rotate(turned, imu.acc) - np.array([0.0, 0.0, GRAVITY])
-    explained = explained_as_given(sightings.time_s, sightings.pixels[:, 0], imu.time_s, acceleration)
-    if explained is not None and explained < STRANGE:
+    clock = clock_as_given(sightings.time_s, sightings.pixels[:, 0], imu.time_s, acceleration)
+    px_per_m = float(np.nanmedian(recording.camera.px_per_m(wrist_m)))
+    if clock is not None and clock.explained < STRANGE and clock.tells(px_per_m):
         return np.ones(len(sightings.time_s), dtype=bool)
     found = [_of_camera(recording, sightings, camera, wrist_m, turned) for camera in range(len(recording.views))]
     return np.asarray(np.any(found, axis=0))

@@ -34,13 +34,17 @@ def of_clocks(track: ArmTrack) -> tuple[str, ...]:
     imu, sightings = track.recording.imus[0], track.sightings
     acceleration = rotate(imu.q_world_segment, imu.acc) - np.array([0.0, 0.0, GRAVITY])
     clocks = find_clock(sightings.time_s, sightings.pixels[:, 0], imu.time_s, acceleration)
-    words = "" if clocks is None else words_of(*clocks)
+    px_per_m = float(np.nanmedian(track.recording.camera.px_per_m(track.joints["wrist"].mean)))
+    words = "" if clocks is None else words_of(*clocks, px_per_m)
     return (f"{where_of(track.recording)}: {words}",) if words else ()
 
 
-def words_of(given: Clock, best: Clock) -> str:
-    """A sentence with numbers where the best clock is another than the given one, or explains nothing either."""
-    if best.explained < MOST_STRANGE:
+def words_of(given: Clock, best: Clock, px_per_m: float) -> str:
+    """A sentence with numbers where the best clock is another than the given one, or explains nothing either.
+
+    `px_per_m` is how large a metre is where the patch is.
+    """
+    if best.explained < MOST_STRANGE and best.tells(px_per_m):
         return (
             f"the patch moves as the IMU does by no clock (at most {best.explained:.0%} of its way in the picture is "
             "explained, expected 90%): are video and IMU of one take, and is the patch on the wrist that wears the IMU?"
