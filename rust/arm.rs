@@ -15,7 +15,7 @@
 //! | [`stillness`] | not in the paper: rest, told from the IMU |
 //! | [`pause`] | not in the paper: where the arm may be after nothing was heard and seen |
 //! | [`incoming`] | not in the paper: a stream without its patch, or whose IMU contradicts itself |
-//! | [`alike`] | not in the paper: whether patch and sensor move alike
+//! | [`alike`] | not in the paper: whether patch and sensor move alike |
 //! | [`plausible`] | not in the paper: estimates that no arm can have, or that the picture contradicts |
 //! | [`particle`] | eqs (12)-(14), (17), (18), III-E: lists of layers |
 //! | [`ekf`] | the baselines: inertial only, EKF, EKF with the constraint |

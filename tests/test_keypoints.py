@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.interpolate import CubicSpline
-from scipy.signal import butter, sosfiltfilt
+from scipy.interpolate import CubicSpline, UnivariateSpline
+from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
@@ -361,6 +361,20 @@ def test_gaps_that_were_filled_and_low_passed_are_left_out(fill: str, cutoff_hz:
     assert gone[gap].mean() > 0.65
     assert gone[known].sum() <= 6
     assert "filled in or held" in said[0]
+
+
+@pytest.mark.parametrize("window", [None, 31])
+def test_points_that_were_smoothed_are_no_fillings(window: int | None) -> None:
+    """By a spline, which is made of cubics, or a long Savitzky-Golay filter: 13 and 55 % were taken out."""
+    rng, time_s = np.random.default_rng(6), np.arange(400) / 60.0
+    moves = 60.0 * np.sin(2 * np.pi * np.array([0.4, 0.7]) * time_s[:, None]) + [300.0, 200.0]
+    noisy = moves + rng.normal(0.0, 0.7, moves.shape)
+    points = np.full((400, 1, len(KEYPOINTS), 3), np.nan)
+    for k, column in enumerate(noisy.T):
+        smoothed = UnivariateSpline(time_s, column, s=0.5 * len(time_s)) if window is None else None
+        points[:, 0, 3, k] = savgol_filter(column, window, 3) if smoothed is None else smoothed(time_s)
+    points[:, 0, 3, 2] = 1.0
+    assert without_filled(Path("k.csv"), Keypoints(np.arange(400), points))[1] == ()
 
 
 def test_no_detectors_points_look_filled_in(shared: Callable[[str], Path]) -> None:

@@ -24,9 +24,9 @@ from pytracker.evidence.lag import (
     was_seen,
 )
 from pytracker.rotation import Array
-from pytracker.series import noise_sd
+from pytracker.series import noise_sd, without_spikes
 
-__all__ = ["Clock", "clock_as_given", "find_clock"]
+__all__ = ["FIRST_S", "SPIKE_PX", "Clock", "clock_as_given", "find_clock"]
 
 MOST, STEP = 0.25, 0.005
 """Rates from 24 frames/s for 30, to those so near that a minute does not tell them apart."""
@@ -35,15 +35,21 @@ NEAR_S = 0.6
 """A clock that is nearer than this to one that is given is the one that is given, or at another rate."""
 LEAST_S = 10.0
 """Less fits at many a rate and time."""
+LEAST_ROWS = 20
 BLOCK_S = 0.5
 """Movement is counted in stretches so long: where most of them rest, few say anything."""
 LEAST_SWIFT = 0.15
 """So much of the movement, RMS, must be as swift as is laid over each other: of what is slow only its remains are."""
-
-LEAST_M = 0.04
-"""A detector's wrist, or a patch that is half hidden, may be off by half of this, now to one side, now to another."""
 LEAST_CLEAR = 2.2
 """And so many times more than what its centre jumps by: of a fifth that is noise nothing can be explained."""
+SPIKE_PX = 10.0
+"""A centre that leaps as far, alone, was not of the patch."""
+LEAST_M = 0.04
+"""A detector's wrist, or a patch that is half hidden, may be off by half of this, now to one side, now to another."""
+WORN, WORN_GROWTH = 0.085, 0.3
+"""What a worn sensor is off by, m/s/√s, and so much more of it per m/s² (as `pytracker.Mixture` has it)."""
+EXCUSED = 2.5
+"""So many times what noise leaves unexplained may be: of right ones, fast and slow, 2.1 times at most."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +63,7 @@ class Clock:
         worth_s: minus the logarithm of what is left unexplained, times the seconds that are laid over each other and in
             which something moves.
         swift_px: how far the patch moves as swiftly as is laid over each other, RMS.
+        noise_m: by how much a sensor that is worn is off as swiftly, across the picture, RMS.
     """
 
     slower: float
@@ -64,10 +71,15 @@ class Clock:
     explained: float
     worth_s: float
     swift_px: float
+    noise_m: float
 
-    def tells(self, px_per_m: float) -> bool:
-        """Whether the patch, where a metre is so large, moves by more than its centre may be off."""
-        return self.swift_px > LEAST_M * px_per_m
+    def is_strange(self, px_per_m: float, most: float) -> bool:
+        """Whether it explains less than such a share of the patch's way, and noise is no excuse for it.
+
+        `px_per_m` is how large a metre is where the patch is.
+        """
+        swift_m = self.swift_px / px_per_m
+        return swift_m > LEAST_M and self.explained < min(most, 1.0 - EXCUSED * (self.noise_m / swift_m) ** 2)
 
     @property
     def is_last(self) -> bool:
@@ -98,7 +110,7 @@ def find_clock(
     if way is None or len(imu_s) < 2:
         return None
     as_given = _laid(way, imu_s, acceleration, 0.0, near_s)
-    none = Clock(0.0, 0.0, 0.0, 0.0, way.swift_px)
+    none = Clock(0.0, 0.0, 0.0, 0.0, way.swift_px, _noise_m(acceleration))
     given = max((clock for clock in as_given if abs(clock.later_s) < near_s), key=_worth, default=none)
     # At another rate only what is about there is looked at.
     at_s, about_s = imu_s + given.later_s, min(near_s, MOST * FIRST_S) + MOST * FIRST_S + 2.0 * EDGE_S
@@ -125,8 +137,9 @@ def clock_as_given(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Ar
 def _way(frame_s: Array, pixels: Array) -> _Way | None:
     """Of the first minute; None where too little is seen of it, or it goes too slowly."""
     first = frame_s <= frame_s[0] + FIRST_S
+    pixels = without_spikes(pixels, SPIKE_PX)
     seen = np.isfinite(pixels[first]).all(axis=1)
-    if seen.sum() < 2 or seen.mean() * np.ptp(frame_s[first]) < LEAST_S:
+    if seen.sum() < LEAST_ROWS or seen.mean() * np.ptp(frame_s[first]) < LEAST_S:
         return None
     from_s, way = banded(frame_s[first], pixels[first])
     edge = round(EDGE_S / GRID_S)
@@ -139,6 +152,12 @@ def _way(frame_s: Array, pixels: Array) -> _Way | None:
     if not swift_px > max(LEAST_SWIFT * whole_px, LEAST_CLEAR * noise_px):
         return None
     return _Way(from_s, way[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge], swift_px)
+
+
+def _noise_m(acceleration: Array) -> float:
+    """Of white noise that is integrated twice, what is as swift as is laid over each other."""
+    density = WORN * (1.0 + WORN_GROWTH * np.linalg.norm(acceleration, axis=1))
+    return float(np.sqrt(2.0 * np.mean(np.square(density)) / (3.0 * np.pi * (2.0 * np.pi * BAND_HZ[0]) ** 3)))
 
 
 def _lively(camera: Array) -> float:
@@ -169,7 +188,7 @@ def _laid(way: _Way, imu_s: Array, acceleration: Array, slower: float, near_s: f
     is_laid = laid_s > np.where(is_near, LEAST_OVERLAP_S, LEAST_S)
     worth_s = np.where(is_laid, -np.log1p(-np.minimum(share, MOST_EXPLAINED)) * laid_s, -np.inf)
     found = _best(slower, later_s, share, worth_s, (is_near, ~is_near))
-    return [Clock(*clock, way.swift_px) for clock in found]
+    return [Clock(*clock, way.swift_px, _noise_m(acceleration)) for clock in found]
 
 
 def _best(

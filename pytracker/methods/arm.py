@@ -15,6 +15,7 @@ __all__ = [
     "METHODS",
     "ArmMethod",
     "Ekf",
+    "GaussianMethod",
     "Inertial",
     "Joint",
     "Layered",
@@ -160,31 +161,13 @@ class Joint(ParticleMethod):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ekf(ArmMethod):
-    """Extended Kalman filter.
+class GaussianMethod(ArmMethod):
+    """What the Gaussian baselines have besides.
 
     Attributes:
         corrections: applied in order: `colour`; `arm_length`, the constraint as a pseudo-measurement;
             `rest`, no velocity while the IMU says that it lies still; `arm_projection`, the mean moved to the
             arm's length afterwards (the authors' earlier method).
-    """
-
-    filter: ClassVar[str] = "gaussian"
-
-    corrections: tuple[str, ...] = ("colour",)
-
-    @property
-    def follows_patch(self) -> bool:
-        """Whether the patch is among its corrections."""
-        return "colour" in self.corrections
-
-
-@dataclass(frozen=True, kw_only=True)
-class Inertial(ArmMethod):
-    """The IMU integrated twice from the start.
-
-    Attributes:
-        corrections: none.
     """
 
     filter: ClassVar[str] = "gaussian"
@@ -195,6 +178,18 @@ class Inertial(ArmMethod):
     def follows_patch(self) -> bool:
         """Whether the patch is among its corrections."""
         return "colour" in self.corrections
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ekf(GaussianMethod):
+    """Extended Kalman filter."""
+
+    corrections: tuple[str, ...] = ("colour",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inertial(GaussianMethod):
+    """The IMU integrated twice from the start: no corrections."""
 
 
 @dataclass(frozen=True, kw_only=True)

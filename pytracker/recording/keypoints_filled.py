@@ -35,6 +35,10 @@ TREMBLE = 20.0
 """Those of a joint's other points are usually so many times larger: else straightness tells nothing."""
 GOES = 20.0
 """Of points that were low-passed, and tremble less, a line goes on by so many times as much: who is still does not."""
+CORNER = 0.2
+"""A line that was low-passed begins to bend by less of what is usual, at either end."""
+MOST_FILLED = 0.25
+"""Nobody fills a larger share of a joint's points by curves, or low-passes them after."""
 RINGS = 15
 """So many frames about a corner a low-pass rings, at the most."""
 
@@ -117,17 +121,21 @@ def _on_polynomial(pixels: Array, frames: NDArray[np.int64], order: int, unit: f
     if usual < TREMBLE * most:
         return found
     is_smooth = usual < TREMBLE * STRAIGHT_PX
+    if is_smooth and order != HELD_ORDER:
+        return found
     for first, after in runs(bent <= most, REPEATS):
         goes_px, last = float(np.linalg.norm(pixels[after - 1 + order] - pixels[first])), after - 1
-        if is_smooth and goes_px < GOES * usual:
-            continue
+        is_at_end = first == 0 or after == len(bent)
+        if (is_smooth and goes_px < GOES * usual) or (order != HELD_ORDER and is_at_end):
+            continue  # nobody goes nowhere by a line, or on by a cubic from one end alone
         before, behind = first, last
-        if is_smooth:
+        if not is_at_end and max(bent[first - 1], bent[after]) < CORNER * usual:
             before, behind = _to_corner(bent, first, -1, usual), _to_corner(bent, last, 1, usual)
         # What it goes on from was seen, and what it comes to, but for a point that is held.
         is_held = order == HELD_ORDER and goes_px <= most
         found[before + 1 : behind + order + is_held] = True
-    return found
+    # A smoother makes all of it such curves.
+    return found & (found.mean() <= MOST_FILLED or not (is_smooth or order != HELD_ORDER))
 
 
 def _to_corner(bent: Array, k: int, step: int, usual: float) -> int:

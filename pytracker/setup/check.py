@@ -15,7 +15,7 @@ from pytracker._core import InputError, TrackingError
 from pytracker.evidence.camshift import PatchTrack
 from pytracker.evidence.clocks import find_clock
 from pytracker.evidence.hanging import LIES_STILL, rests_in_words, without_standing
-from pytracker.evidence.lag import GRID_S, banded, find_lags
+from pytracker.evidence.lag import GRID_S, Lag, banded, find_lags
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.toml_file import faults_of, read_toml
 from pytracker.formats.video import probe
@@ -133,14 +133,16 @@ def _arm(draft: Draft) -> Looked:
     if log is None or sightings is None or acceleration is None:
         return found, None, box
     offset_s = draft.get("imu.offset_s")
-    # By any offset: whether one is given, and right, is looked at next; at another rate, or of another take, none is.
-    clocks = find_clock(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration, near_s=np.inf)
-    if clocks is not None and (wrong := words_of(*clocks, _px_per_m(draft))):
-        return [*found, Finding("video and IMU", "wrong", wrong)], None, box
-    lags = find_lags(sightings.time_s, sightings.pixels[:, 0], log.time_s, acceleration)
+    px_per_m = _px_per_m(draft)
+    wrong, lags = _together(log, acceleration, sightings, px_per_m)
     if lags:
-        standing, sightings = _without_standing(sightings, log, lags[0].offset_s)
+        standing, moving = _without_standing(sightings, log, lags[0].offset_s)
+        if standing and wrong:
+            wrong, lags = _together(log, acceleration, moving, px_per_m)
         found += standing
+        sightings = moving
+    if wrong:
+        return [*found, Finding("video and IMU", "wrong", wrong)], None, box
     if lacks or check_pose(draft).verdict != "right":
         found.append(check_clock(lags, offset_s))
         best_s = lags[0].offset_s if lags else None
@@ -151,6 +153,17 @@ def _arm(draft: Draft) -> Looked:
     if best_s is None:
         return found, None, box
     return found, _laid_over(sightings, log.time_s + best_s, acceleration), box
+
+
+def _together(log: ImuLog, acceleration: Array, sightings: Sightings, px_per_m: float) -> tuple[str, tuple[Lag, ...]]:
+    """Why they do not go together, in words, at another rate or of another take; and by which offsets they do.
+
+    By any offset: whether one is given, and right, is looked at next.
+    """
+    frame_s, pixels = sightings.time_s, sightings.pixels[:, 0]
+    clocks = find_clock(frame_s, pixels, log.time_s, acceleration, near_s=np.inf)
+    wrong = "" if clocks is None else words_of(*clocks, px_per_m)
+    return wrong, find_lags(frame_s, pixels, log.time_s, acceleration)
 
 
 def _px_per_m(draft: Draft) -> float:

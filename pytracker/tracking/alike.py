@@ -14,13 +14,13 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from pytracker._core import ARM_UNLIKE
-from pytracker.evidence.clocks import clock_as_given
+from pytracker.evidence.clocks import FIRST_S, SPIKE_PX, clock_as_given
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.methods.arm import Mixture
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion
-from pytracker.series import runs
+from pytracker.series import runs, without_spikes
 
 __all__ = ["UNLIKE", "moves_otherwise"]
 
@@ -47,8 +47,8 @@ a share is left; what lies about something certain needs less."""
 CERTAIN_IN_ALL = 1.75
 """The same, of half of the whole recording; of right ones 1.5 at most."""
 STRANGE = 0.35
-"""No smaller share of the patch's way is explained by a map of the sensor's, whatever camera, heading and mount are: of
-right ones 0.74 and more, of those that are followed for half of the time 0.42."""
+"""No smaller share of the patch's way in the first minute is explained by some map of the sensor's, whatever camera,
+heading and mount are: of right ones 0.74 and more, of those that are followed for half of the time 0.42."""
 ABOUT_S = 0.5
 """What is said of a window is said of its middle, and as much on either side."""
 
@@ -67,17 +67,17 @@ def moves_otherwise(
     acceleration = rotate(turned, imu.acc) - np.array([0.0, 0.0, GRAVITY])
     clock = clock_as_given(sightings.time_s, sightings.pixels[:, 0], imu.time_s, acceleration)
     px_per_m = float(np.nanmedian(recording.camera.px_per_m(wrist_m)))
-    if clock is not None and clock.explained < STRANGE and clock.tells(px_per_m):
-        return np.ones(len(sightings.time_s), dtype=bool)
+    is_strange = clock is not None and clock.is_strange(px_per_m, STRANGE)
+    of_strange = is_strange & (sightings.time_s <= sightings.time_s[0] + FIRST_S)
     found = [_of_camera(recording, sightings, camera, wrist_m, turned) for camera in range(len(recording.views))]
-    return np.asarray(np.any(found, axis=0))
+    return np.asarray(np.any([of_strange, *found], axis=0))
 
 
 def _of_camera(
     recording: ArmRecording, sightings: Sightings, number: int, wrist_m: Array, q_world_segment: Array
 ) -> NDArray[np.bool_]:
     imu, camera = recording.imus[0], recording.views[number].camera
-    frame_s, pixels = sightings.time_s, sightings.pixels[:, number]
+    frame_s, pixels = sightings.time_s, without_spikes(sightings.pixels[:, number], SPIKE_PX)
     to_patch = rotate(q_world_segment, np.array(camera.patch_offset_m))
     patch_m = wrist_m + _on(frame_s, imu.time_s, to_patch)
     off_px = pixels - camera.project(patch_m)

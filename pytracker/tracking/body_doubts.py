@@ -111,7 +111,7 @@ def _of_face(track: BodyTrack) -> tuple[str, ...]:
             return ()
         return (
             f"{where_of(track.recording)}: the keypoints show the person from behind most of the time: where they face "
-            "the camera, left and right are exchanged, as of a mirrored video",
+            "the camera, left and right are exchanged, as of a mirrored video (all is well if it is their back)",
         )
     if track.face_on_back < FACE:
         return ()

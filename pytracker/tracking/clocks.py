@@ -44,7 +44,7 @@ def words_of(given: Clock, best: Clock, px_per_m: float) -> str:
 
     `px_per_m` is how large a metre is where the patch is.
     """
-    if best.explained < MOST_STRANGE and best.tells(px_per_m):
+    if best.is_strange(px_per_m, MOST_STRANGE):
         return (
             f"the patch moves as the IMU does by no clock (at most {best.explained:.0%} of its way in the picture is "
             "explained, expected 90%): are video and IMU of one take, and is the patch on the wrist that wears the IMU?"

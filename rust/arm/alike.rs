@@ -30,6 +30,8 @@ const LEFT_OF_WHITE: f64 = 4.0e-4;
 /// A centre is known no better, px, and wanders by as much over a wrist that turns, m.
 const CENTRE_PX: f64 = 2.0;
 const CENTRE_M: f64 = 0.005;
+/// A centre that leaps as far, alone, was not of the patch, px.
+const SPIKE_PX: f64 = 10.0;
 /// So much of the larger way, as squares, must be left.
 const LEAST_SHARE: f64 = 0.4;
 /// And so many times what is expected (RMS): to begin, to go on, and to count towards most of the last while.
@@ -92,7 +94,9 @@ impl Alike {
         self.velocity += input.row(1).transpose();
         let last_s = self.moments.back().map(|last| last.time_s);
         if frame.gap_s > SENSOR_GAP_S || last_s.is_some_and(|last_s| frame.time_s - last_s > SEEN_GAP_S) {
-            self.moments.clear();
+            // What was said before says nothing of what comes.
+            let (position, velocity) = (self.position, self.velocity);
+            *self = Self { position, velocity, ..Self::default() };
         }
         let first_camera = frame.sightings.iter().find(|sighting| sighting.camera == 0);
         let Some(moment) = first_camera.and_then(|sighting| self.moment(frame, sighting)) else { return };
@@ -143,22 +147,41 @@ impl Alike {
         }
     }
 
+    /// Those whose patch does not leap away from where it is in the two frames before and after: a leap was of something else.
+    fn without_spikes(&self) -> Vec<Moment> {
+        let last = self.moments.len() - 1;
+        let stays = |k: &usize| {
+            let about: [Vector2<f64>; 5] =
+                std::array::from_fn(|j| self.moments[(k + j).saturating_sub(2).min(last)].seen);
+            let middle = Vector2::new(median(about.map(|place| place.x)), median(about.map(|place| place.y)));
+            (self.moments[*k].seen - middle).norm() <= SPIKE_PX * self.moments[*k].m_per_px
+        };
+        (0..=last).filter(stays).map(|k| self.moments[k]).collect()
+    }
+
     /// Mean squares, m², of what is left of one way beside the other, of the larger way, and of what is expected to be left.
     fn ways(&self) -> (f64, f64, f64) {
-        let count = self.moments.len() as f64;
-        let began_s = self.moments[0].time_s;
-        let half_s = 0.5 * (self.moments[self.moments.len() - 1].time_s - began_s);
-        let times: Vec<f64> = self.moments.iter().map(|moment| (moment.time_s - began_s) / half_s - 1.0).collect();
-        let bent = |way: fn(&Moment) -> Vector2<f64>| beside_parabola(&times, self.moments.iter().map(way).collect());
+        let moments = self.without_spikes();
+        let count = moments.len() as f64;
+        let began_s = moments[0].time_s;
+        let half_s = 0.5 * (moments[moments.len() - 1].time_s - began_s);
+        let times: Vec<f64> = moments.iter().map(|moment| (moment.time_s - began_s) / half_s - 1.0).collect();
+        let bent = |way: fn(&Moment) -> Vector2<f64>| beside_parabola(&times, moments.iter().map(way).collect());
         let (seen, driven) = (bent(|moment| moment.seen), bent(|moment| moment.driven));
         let mean_square = |way: &[Vector2<f64>]| way.iter().map(Vector2::norm_squared).sum::<f64>() / count;
         let apart: Vec<_> = seen.iter().zip(&driven).map(|(a, b)| a - b).collect();
-        let mean = |of: fn(&Moment) -> f64| self.moments.iter().map(of).sum::<f64>() / count;
+        let mean = |of: fn(&Moment) -> f64| moments.iter().map(of).sum::<f64>() / count;
         let density = mean(|moment| (DENSITY * (1.0 + GROWTH * moment.acceleration)).powi(2));
         let centre = (CENTRE_PX * mean(|moment| moment.m_per_px)).powi(2) + CENTRE_M * CENTRE_M;
         let expected = 2.0 * (LEFT_OF_WHITE * density * WINDOW_S.powi(3) + centre);
         (mean_square(&apart), mean_square(&seen).max(mean_square(&driven)), expected)
     }
+}
+
+/// The middle of five.
+fn median(mut of: [f64; 5]) -> f64 {
+    of.sort_by(f64::total_cmp);
+    of[2]
 }
 
 /// What a way `(T,)` over times from -1 to 1 has beside the parabola that fits it best.
@@ -239,6 +262,15 @@ mod tests {
         assert!(said(|_| Vector2::new(0.1, 0.0)) > 200);
         assert!(said(|time_s| circle(0.6 * time_s)) > 200);
         assert!(said(|time_s| Matrix2::new(-1.0, 0.0, 0.0, 1.0) * circle(time_s)) > 200);
+    }
+
+    #[test]
+    fn a_patch_that_leaps_away_now_and_then_is_believed() {
+        let leaps = |time_s: f64| {
+            let away = if (time_s / 0.04).round() % 20.0 == 7.0 { Vector2::new(0.2, 0.1) } else { Vector2::zeros() };
+            circle(time_s) + away
+        };
+        assert_eq!(said(leaps), 0);
     }
 
     #[test]
