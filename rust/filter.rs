@@ -13,6 +13,7 @@
 
 mod backward;
 mod blend;
+mod chain;
 mod islands;
 mod kalman;
 mod layered;
@@ -25,13 +26,14 @@ mod spread;
 
 pub use backward::{Backward, backward};
 pub use blend::Blend;
+pub use chain::Chain;
 pub use islands::Islands;
 pub use kalman::{Gaussian, Innovation, Linear};
 pub use layered::{LayeredFilter, Resampling};
 pub use linear_transition::LinearTransition;
 pub use mixture::{Component, Mixture, Reduction};
 pub use recorder::{History, LayerRecord, Recorder};
-pub use smoother::{Chain, Settled, Smoothed, cost_of, settle, smooth};
+pub use smoother::{Settled, Smoothed, cost_of, settle, smooth};
 pub use spread::Spread;
 
 use crate::particles::{BlockMut, ParticleSet};

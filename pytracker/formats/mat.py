@@ -45,8 +45,11 @@ def is_mat(path: Path) -> bool:
 
 
 def _has_arrays(path: Path) -> bool:
-    with opened(path, "file of arrays") as file:
-        return any(name.lower() in NAMES["acc"] for name in file)
+    try:
+        with opened(path, "file of arrays") as file:
+            return any(name.lower() in NAMES["acc"] for name in file)
+    except InputError:  # which who reads it will say
+        return False
 
 
 def _head(path: Path) -> bytes:

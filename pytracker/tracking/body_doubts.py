@@ -41,9 +41,9 @@ def of_body(track: BodyTrack) -> tuple[str, ...]:
     late = others or _of_late_points(track)
     # Keypoints of other frames would be laid on the sensors' clocks.
     sensors = () if late else of_sensors(track)
-    first = (
-        _lies(track) or _is_askew(track) or _of_points_beside(track) or of_foreground(track) or of_camera_place(track)
-    )
+    first = _lies(track) or _of_points_beside(track) or of_foreground(track) or of_camera_place(track)
+    # Who is not followed may lean in any way.
+    first = first or _is_askew(track)
     return (*_of_light(track), *_of_sides(track), *_of_face(track), *late, *first, *sensors)
 
 

@@ -1,7 +1,8 @@
 //! The smoother's Kalman passes over a chain of states: forward, and back for means and covariances.
 
+use super::chain::Chain;
 use super::kalman::symmetrise;
-use super::{Chain, Gaussian, Innovation, Linear};
+use super::{Gaussian, Innovation, Linear};
 use crate::{Error, Result};
 use nalgebra::{DMatrix, DVector};
 

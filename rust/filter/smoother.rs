@@ -5,7 +5,7 @@
 //! same normal equations, block-tridiagonal, in time and memory that grow with the length. What is constant is a column that
 //! does not walk: its border is carried along. Covariances are those of each state given the whole recording.
 
-use super::linear_transition::LinearTransition;
+use super::chain::Chain;
 use super::passes::{covariances, filter, means};
 use super::spread::Spread;
 use super::{Gaussian, Linear};
@@ -14,38 +14,6 @@ use nalgebra::DVector;
 
 /// A step is halved so often before it is given up.
 const HALVINGS: i32 = 8;
-
-/// A recording as the smoother sees it: states at its steps, how one leads to the next, and what is measured of each.
-pub trait Chain {
-    /// How many steps, at least one.
-    fn len(&self) -> usize;
-
-    /// Whether there is none.
-    fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The time of a step, s, for messages.
-    fn time_s(&self, step: usize) -> f64;
-
-    /// What is known of a step beforehand, where the chain starts there: at the first, and wherever it starts anew.
-    fn start(&self, step: usize) -> Option<Gaussian>;
-
-    /// Move a Gaussian from the step before to this one.
-    fn predict(&self, step: usize, state: &mut Gaussian);
-
-    /// How the step before leads to this one.
-    fn transition(&self, step: usize) -> LinearTransition;
-
-    /// How surprising it is to come from one state to another at this step: minus twice the log-density, but for a constant.
-    fn surprise(&self, step: usize, from: &DVector<f64>, to: &DVector<f64>) -> f64;
-
-    /// What is measured at a step, linearised about a state.
-    ///
-    /// # Errors
-    /// Whatever cannot be linearised there.
-    fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>>;
-}
 
 /// A smoothed recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -171,6 +139,7 @@ fn in_sd(state: &Gaussian, from: &DVector<f64>, to: &DVector<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::filter::LinearTransition;
     use nalgebra::DMatrix;
 
     /// A place and a speed, walking; the place is measured, by a distance from the origin or as it is.
