@@ -135,7 +135,11 @@ impl Alike {
     fn compare(&mut self, time_s: f64) {
         let elapsed_s = self.compared_s.map_or(EVERY_S, |compared_s| (time_s - compared_s).min(WINDOW_S));
         self.compared_s = Some(time_s);
-        let (left, larger, expected) = self.ways();
+        let moments = self.without_spikes();
+        if moments.len() < LEAST_FRAMES {
+            return;
+        }
+        let (left, larger, expected) = ways(&moments);
         let is_large = left > LEAST_SHARE * larger;
         let least = if self.is_otherwise { LIKELY } else { CERTAIN };
         self.is_otherwise = is_large && left > least * least * expected;
@@ -150,32 +154,33 @@ impl Alike {
     /// Those whose patch does not leap away from where it is in the two frames before and after: a leap was of something else.
     fn without_spikes(&self) -> Vec<Moment> {
         let last = self.moments.len() - 1;
+        // Beyond either end it is as before it.
+        let at = |k: usize, j: usize| if k + j < 2 { 2 - k - j } else { k + j - 2 };
+        let within = |k: usize| if k > last { 2 * last - k } else { k };
         let stays = |k: &usize| {
-            let about: [Vector2<f64>; 5] =
-                std::array::from_fn(|j| self.moments[(k + j).saturating_sub(2).min(last)].seen);
+            let about: [Vector2<f64>; 5] = std::array::from_fn(|j| self.moments[within(at(*k, j))].seen);
             let middle = Vector2::new(median(about.map(|place| place.x)), median(about.map(|place| place.y)));
             (self.moments[*k].seen - middle).norm() <= SPIKE_PX * self.moments[*k].m_per_px
         };
         (0..=last).filter(stays).map(|k| self.moments[k]).collect()
     }
+}
 
-    /// Mean squares, m², of what is left of one way beside the other, of the larger way, and of what is expected to be left.
-    fn ways(&self) -> (f64, f64, f64) {
-        let moments = self.without_spikes();
-        let count = moments.len() as f64;
-        let began_s = moments[0].time_s;
-        let half_s = 0.5 * (moments[moments.len() - 1].time_s - began_s);
-        let times: Vec<f64> = moments.iter().map(|moment| (moment.time_s - began_s) / half_s - 1.0).collect();
-        let bent = |way: fn(&Moment) -> Vector2<f64>| beside_parabola(&times, moments.iter().map(way).collect());
-        let (seen, driven) = (bent(|moment| moment.seen), bent(|moment| moment.driven));
-        let mean_square = |way: &[Vector2<f64>]| way.iter().map(Vector2::norm_squared).sum::<f64>() / count;
-        let apart: Vec<_> = seen.iter().zip(&driven).map(|(a, b)| a - b).collect();
-        let mean = |of: fn(&Moment) -> f64| moments.iter().map(of).sum::<f64>() / count;
-        let density = mean(|moment| (DENSITY * (1.0 + GROWTH * moment.acceleration)).powi(2));
-        let centre = (CENTRE_PX * mean(|moment| moment.m_per_px)).powi(2) + CENTRE_M * CENTRE_M;
-        let expected = 2.0 * (LEFT_OF_WHITE * density * WINDOW_S.powi(3) + centre);
-        (mean_square(&apart), mean_square(&seen).max(mean_square(&driven)), expected)
-    }
+/// Mean squares, m², of what is left of one way beside the other, of the larger way, and of what is expected to be left.
+fn ways(moments: &[Moment]) -> (f64, f64, f64) {
+    let count = moments.len() as f64;
+    let began_s = moments[0].time_s;
+    let half_s = 0.5 * (moments[moments.len() - 1].time_s - began_s);
+    let times: Vec<f64> = moments.iter().map(|moment| (moment.time_s - began_s) / half_s - 1.0).collect();
+    let bent = |way: fn(&Moment) -> Vector2<f64>| beside_parabola(&times, moments.iter().map(way).collect());
+    let (seen, driven) = (bent(|moment| moment.seen), bent(|moment| moment.driven));
+    let mean_square = |way: &[Vector2<f64>]| way.iter().map(Vector2::norm_squared).sum::<f64>() / count;
+    let apart: Vec<_> = seen.iter().zip(&driven).map(|(a, b)| a - b).collect();
+    let mean = |of: fn(&Moment) -> f64| moments.iter().map(of).sum::<f64>() / count;
+    let density = mean(|moment| (DENSITY * (1.0 + GROWTH * moment.acceleration)).powi(2));
+    let centre = (CENTRE_PX * mean(|moment| moment.m_per_px)).powi(2) + CENTRE_M * CENTRE_M;
+    let expected = 2.0 * (LEFT_OF_WHITE * density * WINDOW_S.powi(3) + centre);
+    (mean_square(&apart), mean_square(&seen).max(mean_square(&driven)), expected)
 }
 
 /// The middle of five.
@@ -270,6 +275,12 @@ mod tests {
             let away = if (time_s / 0.04).round() % 20.0 == 7.0 { Vector2::new(0.2, 0.1) } else { Vector2::zeros() };
             circle(time_s) + away
         };
+        assert_eq!(said(leaps), 0);
+    }
+
+    #[test]
+    fn centres_that_leap_in_every_frame_say_nothing() {
+        let leaps = |time_s: f64| Vector2::new((7e3 * time_s).sin(), (9e3 * time_s).cos()) * 0.3;
         assert_eq!(said(leaps), 0);
     }
 
