@@ -40,6 +40,13 @@ def load_arm(folder: Path | str) -> pt.ArmRecording:
     return recording
 
 
+def load_body(folder: Path | str) -> pt.BodyRecording:
+    """The same of one that holds a body."""
+    recording = pt.load(folder)
+    assert isinstance(recording, pt.BodyRecording)
+    return recording
+
+
 def arm_tracker(arm: pt.Arm, cameras: pt.Camera | list[pt.Camera], method: ArmMethod, seed: int = 0) -> pt.Tracker:
     """A tracker of an arm that nobody recorded."""
     views = tuple(pt.View(camera=camera) for camera in (cameras if isinstance(cameras, list) else [cameras]))

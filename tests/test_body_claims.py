@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import IS_ACCEPTANCE, made_once
+from conftest import IS_ACCEPTANCE, load_body, made_once
 from scipy import stats
 
 import pytracker as pt
@@ -42,12 +42,6 @@ def average_m(recording: pt.BodyRecording, method: BodyMethod, seeds: range) -> 
 
 
 @cache
-def load_body(folder: Path) -> pt.BodyRecording:
-    recording = pt.load(folder)
-    assert isinstance(recording, pt.BodyRecording)
-    return recording
-
-
 @pytest.mark.parametrize(
     ("name", "plain_m", "best_m"), [("body-arm-circles", 0.10, 0.09), ("body-balance", 0.13, 0.115)]
 )

@@ -34,9 +34,8 @@ def seen(body: pt.BodyRecording, body_to_m: float, left_to_m: float) -> tuple[di
 def hidden(body: pt.BodyRecording, body_to_m: float, left_to_m: float) -> dict[str, str]:
     """What is said in the last of some frames."""
     cut_off = CutOff(body.view.camera)
-    for frame in range(10):
-        cut_off.look(frame / 30.0, *seen(body, body_to_m, left_to_m))
-    return cut_off.reasons()[-1]
+    said = [cut_off.look(frame / 30.0, *seen(body, body_to_m, left_to_m)) for frame in range(10)]
+    return said[-1]
 
 
 def test_a_hand_that_ends_where_the_body_does_may_be_hidden(body: pt.BodyRecording) -> None:

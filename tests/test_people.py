@@ -103,13 +103,13 @@ def test_a_pose_beside_the_person_is_told(body: pt.BodyRecording) -> None:
     evidence = silhouette(next(frames(body.view.video)).image)
     for shift, told in ((0.0, False), (0.35, True)):
         looked = BorneOut(body.view.camera, joints)
-        for k in range(10):
-            looked.look(k / 30, {name: at + np.array([shift, 0.0, 0.0]) for name, at in joints.items()}, sure, evidence)
-        assert bool(looked.reasons()[-1]) == told
+        moved = {name: at + np.array([shift, 0.0, 0.0]) for name, at in joints.items()}
+        said = [looked.look(k / 30, moved, sure, evidence) for k in range(10)]
+        assert bool(said[-1]) == told
     unsure = {name: np.full(3, 0.2) for name in joints}
     looked = BorneOut(body.view.camera, joints)
-    looked.look(0.0, joints, unsure, replace(evidence, skin_region=None))
-    assert looked.reasons() == [dict.fromkeys(WRISTS, "not known across the picture")]
+    said_unsure = looked.look(0.0, joints, unsure, replace(evidence, skin_region=None))
+    assert said_unsure == dict.fromkeys(WRISTS, "not known across the picture")
 
 
 def test_a_wrist_that_is_lost_is_mostly_said_so(shared: Callable[[str], Path]) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
-from pytracker.evidence.lately import ASK_EVERY_S, mean_lately
+from pytracker.evidence.lately import ASK_EVERY_S, Lately, mean_of_known
 from pytracker.evidence.silhouette import BodyEvidence, Region
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
@@ -46,7 +46,13 @@ ON_PERSON = 0.2
 """Of a detector's points more lie on the person: all of them on clips of people, 0.44 at least where the background is
 a median of the clip itself, which has some of who stands still."""
 MOST_M = 0.5
-
+ASKED = (
+    *((wrist, UNKNOWN_M, "not known across the picture") for wrist in WRISTS),
+    *((wrist, FAR_M, "no skin there") for wrist in WRISTS),
+    *((joint, OFF_PERSON_M, "not where the person is") for joint in ARMS),
+    ("", NOBODYS, "skin that no arm explains"),
+)
+"""Of what, how much at most, and what is said beyond; what comes later is said instead of what came before."""
 
 CROWN_M = 0.11
 """The crown is so far above the end of a CMU skeleton's head: 9 to 13 cm on clips of people and on simulations."""
@@ -91,11 +97,7 @@ class BorneOut:
         self._forearm_m = [float(np.linalg.norm(joints[f"{s}_wrist"] - joints[f"{s}_elbow"])) for s in SIDES]
         self._across = _across(camera)
         self._ask_s = -np.inf
-        self._time_s: list[float] = []
-        self._off_person: list[list[float]] = []
-        self._off_skin: list[list[float]] = []
-        self._may_be_off: list[list[float]] = []
-        self._nobodys: list[float] = []
+        self._lately = Lately()
 
     def look(
         self,
@@ -104,10 +106,12 @@ class BorneOut:
         sds: Mapping[str, Array],
         evidence: BodyEvidence,
         points: Array | None = None,
-    ) -> None:
+    ) -> dict[str, str]:
         """Take a frame's mean joints and their standard deviations, `(3,)` each, world, m, and what it shows.
 
         `points` are a detector's of who is followed `(9, 2)`, px of the evidence; None where there are none.
+        In words what lately speaks against joints, by joint; `""` is the frame. Those are left out that nothing speaks
+        against.
         """
         names = list(joints)
         places = np.stack([joints[name] for name in names])
@@ -117,18 +121,23 @@ class BorneOut:
         told, is_on = _by_points(points, px_per_m, pixels), _are_on(person, points, px_per_m)
         # Where a joint's own point is, masks tell nothing more of it.
         is_there = {joint for joint, off in told.items() if is_on and off < FAR_M}
-        self._time_s.append(time_s)
-        for mask, joints_of, off in ((person, ARMS, self._off_person), (skin, WRISTS, self._off_skin)):
-            apart = [np.nan if mask is None else _distance(mask[0], pixels[joint]) / px_per_m for joint in joints_of]
-            off.append([0.0 if joint in is_there else m for joint, m in zip(joints_of, apart, strict=True)])
+        off_skin, off_person = (
+            [
+                0.0 if joint in is_there else np.nan if mask is None else _distance(mask[0], pixels[joint]) / px_per_m
+                for joint in joints_of
+            ]
+            for mask, joints_of in ((skin, WRISTS), (person, ARMS))
+        )
         spread = [float(np.sqrt(np.sum(self._across**2 @ sds[wrist] ** 2))) for wrist in WRISTS]
         may_be_off = spread if skin is None else self._by_skin(time_s, skin, px_per_m, pixels, is_there)
-        self._may_be_off.append([told.get(wrist, off) for wrist, off in zip(WRISTS, may_be_off, strict=True)])
+        may_be_off = [told.get(wrist, off) for wrist, off in zip(WRISTS, may_be_off, strict=True)]
         is_told = is_there >= set(WRISTS)
         nobodys = 0.0 if skin is None or is_told else _nobodys(skin[1], pixels, px_per_m)
         if skin is not None and nobodys > NOBODYS:
             nobodys = _nobodys(_without_others(skin[1], evidence.foreground, pixels, px_per_m), pixels, px_per_m)
-        self._nobodys.append(nobodys)
+        row = np.minimum([*may_be_off, *off_skin, *off_person, nobodys], MOST_M)
+        lately = mean_of_known(self._lately.take(time_s, row))
+        return {joint: why for off, (joint, limit, why) in zip(lately, ASKED, strict=True) if off > limit}
 
     def _by_skin(
         self, time_s: float, skin: Region, px_per_m: float, pixels: Mapping[str, Array], is_there: Collection[str]
@@ -145,22 +154,6 @@ class BorneOut:
             for side, wrist, m, sensed in zip(SIDES, WRISTS, self._forearm_m, self._is_sensed, strict=True)
         )
         return [off / px_per_m for off in wrists_may_be_off(skin, px_per_m, (left, right), _head(pixels))]
-
-    def reasons(self) -> list[dict[str, str]]:
-        """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""
-        time_s = np.array(self._time_s)
-        reasons: list[dict[str, str]] = [{} for _ in time_s]
-        checks = (
-            (self._may_be_off, UNKNOWN_M, WRISTS, "not known across the picture"),
-            (self._off_skin, FAR_M, WRISTS, "no skin there"),
-            (self._off_person, OFF_PERSON_M, ARMS, "not where the person is"),
-            (self._nobodys, NOBODYS, ("",), "skin that no arm explains"),
-        )
-        for values, limit, joints, why in checks:
-            rows = mean_lately(time_s, np.minimum(np.array(values).reshape(len(time_s), -1), MOST_M))
-            for frame, joint in np.argwhere(rows > limit):
-                reasons[frame][joints[joint]] = why
-        return reasons
 
 
 def _are_on(person: Region | None, points: Array | None, px_per_m: float) -> bool:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.lately import ASK_EVERY_S, mean_lately
+from pytracker.evidence.lately import ASK_EVERY_S, Lately, mean_of_known
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -42,35 +42,35 @@ class CutOff:
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
         self._ask_s = -np.inf
-        self._time_s: list[float] = []
-        self._hidden: list[list[float]] = []
+        self._lately = Lately()
 
-    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> None:
-        """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is."""
-        self._time_s.append(time_s)
-        if time_s < self._ask_s:
-            self._hidden.append([np.nan, np.nan])
-            return
-        self._ask_s = time_s + ASK_EVERY_S
+    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> dict[str, str]:
+        """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is.
+
+        In words what lately speaks against joints; those are left out that nothing speaks against.
+        """
+        is_hidden = np.full(len(WRISTS), np.nan)
+        if time_s >= self._ask_s:
+            self._ask_s = time_s + ASK_EVERY_S
+            is_hidden = self._hidden(joints, foreground)
+        shares = mean_of_known(self._lately.take(time_s, is_hidden))
+        return {wrist: HIDDEN for wrist, share in zip(WRISTS, shares, strict=True) if share > 0.5}
+
+    def _hidden(self, joints: Mapping[str, Array], foreground: Image) -> Array:
+        """Of either wrist whether it may be hidden now, 0 or 1 `(2,)`."""
         px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
         root, *wrists = self._camera.project(np.stack([joints[name] for name in ("root", *WRISTS)]))
         chest = root + np.array([0.0, HIGHEST_M * px_per_m])
         body = _end(foreground, chest, HALF_WIDTH_M * px_per_m, GAP_M * px_per_m)
         if not (HIGHEST_M < (body - root[1]) / px_per_m < LOWEST_M):
-            self._hidden.append([0.0, 0.0])
-            return
+            return np.zeros(len(WRISTS))
         ends = [_end(foreground, wrist, HALF_WIDTH_M / 3 * px_per_m, GAP_M * px_per_m) for wrist in wrists]
-        self._hidden.append(
+        return np.array(
             [
                 float(abs(end - body) < SAME_M * px_per_m and abs(wrist[1] - body) < NEAR_M * px_per_m)
                 for wrist, end in zip(wrists, ends, strict=True)
             ]
         )
-
-    def reasons(self) -> list[dict[str, str]]:
-        """Of every frame, by joint; those left out that nothing speaks against."""
-        shares = mean_lately(np.array(self._time_s), np.array(self._hidden).reshape(-1, len(WRISTS)))
-        return [{wrist: HIDDEN for wrist, share in zip(WRISTS, row, strict=True) if share > 0.5} for row in shares]
 
 
 def _end(foreground: Image, start: Array, half_px: float, gap_px: float) -> float:

@@ -2,35 +2,62 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 import numpy as np
-from numpy.typing import NDArray
 
 from pytracker.rotation import Array
 
-__all__ = ["ASK_EVERY_S", "first_rows", "mean_lately", "median_of_known"]
+__all__ = ["ASK_EVERY_S", "AtFirst", "Lately", "mean_of_known", "median_of_known"]
 
 ASK_EVERY_S = 0.06
 """What takes long to ask changes slowly: between such times it is not known."""
 WINDOW_S = 0.25
 """Reasons are of this much time: one frame's mask may be wrong."""
+FIRST_S = 0.25
+"""What is seen in the first frames is how a person is whose pose is given."""
 
 
-def first_rows(time_s: Array) -> NDArray[np.intp]:
-    """The first row of every row's window `(T,)`, at increasing times."""
-    return np.searchsorted(time_s, time_s - WINDOW_S, side="right")
+class Lately:
+    """Rows of values `(K,)` of the last moments, frame by frame."""
+
+    def __init__(self) -> None:
+        self._rows: deque[tuple[float, Array]] = deque()
+
+    def take(self, time_s: float, row: Array) -> Array:
+        """Take a frame's, NaN where not known; all that are of lately `(T, K)`."""
+        self._rows.append((time_s, row))
+        while self._rows[0][0] <= time_s - WINDOW_S:
+            self._rows.popleft()
+        return np.array([row for _, row in self._rows])
 
 
-def mean_lately(time_s: Array, values: Array) -> Array:
-    """Mean of what is known of `(T, K)` over every row's window; NaN where nothing is."""
-    known = np.isfinite(values)
-    sums = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), np.where(known, values, 0.0)]), axis=0)
-    counts = np.cumsum(np.vstack([np.zeros((1, values.shape[1])), known]), axis=0)
-    first, last = first_rows(time_s), np.arange(1, len(time_s) + 1)
+class AtFirst:
+    """The same of the first frames."""
+
+    def __init__(self) -> None:
+        self._began_s = float("nan")
+        self._rows: list[Array] = []
+        self.median = np.empty(0)
+        """Column by column of what is known `(K,)`; NaN where nothing is."""
+
+    def take(self, time_s: float, row: Array) -> None:
+        """Take a frame's `(K,)`, NaN where not known."""
+        if not self._rows:
+            self._began_s = time_s
+        if time_s <= self._began_s + FIRST_S:
+            self._rows.append(row)
+            self.median = median_of_known(np.array(self._rows))
+
+
+def mean_of_known(rows: Array) -> Array:
+    """Column by column of `(T, K)`, of what is known; NaN where nothing is."""
+    known = np.isfinite(rows)
     with np.errstate(invalid="ignore"):
-        return np.asarray((sums[last] - sums[first]) / (counts[last] - counts[first]))
+        return np.asarray(np.where(known, rows, 0.0).sum(axis=0) / known.sum(axis=0))
 
 
 def median_of_known(rows: Array) -> Array:
-    """Column by column of `(T, K)`, of what is known: one wild row says nothing; NaN where nothing is."""
+    """The same, of which one wild row says nothing."""
     known = np.isfinite(rows)
     return np.array([np.median(rows[of, k]) if (of := known[:, k]).any() else np.nan for k in range(rows.shape[1])])

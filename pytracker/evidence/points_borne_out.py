@@ -8,11 +8,11 @@ import numpy as np
 
 from pytracker.evidence.borne_out import ARMS
 from pytracker.evidence.followed import LIMBS, limbs_off_m
-from pytracker.evidence.lately import first_rows, median_of_known
+from pytracker.evidence.lately import Lately, median_of_known
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["PointsBorneOut"]
+__all__ = ["PointsBorneOut", "median_off_m"]
 
 ELSEWHERE_M = 0.15
 """A joint so far from its point is not where it is thought to be; right ones are 2 to 4 cm off."""
@@ -23,34 +23,31 @@ class PointsBorneOut:
 
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
-        self._time_s: list[float] = []
-        self._off_m: list[Array] = []
+        self._lately = Lately()
 
-    def look(self, time_s: float, joints: Mapping[str, Array], points: Array | None) -> None:
-        """Take a frame's mean joints, `(3,)` each, world, m, and the points of who is followed `(9, 3)`, px."""
-        self._time_s.append(time_s)
-        none = np.full(len(LIMBS), np.nan)
-        self._off_m.append(none if points is None else limbs_off_m(self._camera, joints, points[None])[0])
+    def look(self, time_s: float, joints: Mapping[str, Array], points: Array | None) -> dict[str, str]:
+        """Take a frame's mean joints, `(3,)` each, world, m, and the points of who is followed `(9, 3)`, px.
 
-    @property
-    def median_off_m(self) -> Array:
-        """How far the points are off in every frame so far, the median of `LIMBS` `(T,)`, m; NaN where none is seen."""
-        return median_of_known(np.array(self._off_m).reshape(-1, len(LIMBS)).T)
+        In words what lately speaks against joints, by joint; `""` is the frame. Those are left out that nothing speaks
+        against.
+        """
+        lately = median_of_known(self._lately.take(time_s, _off_m(self._camera, joints, points)))
+        if np.isnan(lately).all():
+            return {"": "no keypoints of the arms"}
+        words = {}
+        for name, off_m in zip(ARMS, lately, strict=False):
+            if np.isnan(off_m):
+                words[name] = "no keypoint"
+            elif off_m > ELSEWHERE_M:
+                words[name] = "its keypoint is elsewhere"
+        return words
 
-    def reasons(self) -> list[dict[str, str]]:
-        """Of every frame, in words, by joint; `""` is the frame. Those are left out that nothing speaks against."""
-        time_s, off = np.array(self._time_s), np.array(self._off_m).reshape(-1, len(LIMBS))
-        reasons: list[dict[str, str]] = []
-        for k, first in enumerate(first_rows(time_s)):
-            row = median_of_known(off[first : k + 1])
-            if np.isnan(row).all():
-                reasons.append({"": "no keypoints of the arms"})
-                continue
-            words = {}
-            for name, off_m in zip(ARMS, row, strict=False):
-                if np.isnan(off_m):
-                    words[name] = "no keypoint"
-                elif off_m > ELSEWHERE_M:
-                    words[name] = "its keypoint is elsewhere"
-            reasons.append(words)
-        return reasons
+
+def median_off_m(camera: Camera | WeakPerspective, joints: Mapping[str, Array], points: Array | None) -> float:
+    """How far points `(9, 3)`, px, are off joints, the median of `LIMBS`, m; NaN where none is seen."""
+    return float(median_of_known(_off_m(camera, joints, points)[:, None])[0])
+
+
+def _off_m(camera: Camera | WeakPerspective, joints: Mapping[str, Array], points: Array | None) -> Array:
+    """Of each of `LIMBS` `(6,)`, m; NaN where not seen."""
+    return np.full(len(LIMBS), np.nan) if points is None else limbs_off_m(camera, joints, points[None])[0]

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.lately import ASK_EVERY_S, mean_lately
+from pytracker.evidence.lately import ASK_EVERY_S, Lately, mean_of_known
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -44,26 +44,29 @@ class StandsOut:
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
         self._ask_s = -np.inf
-        self._time_s: list[float] = []
-        self._on_trunk: list[float] = []
-        self._on_lines: list[float] = []
-        self._floods: list[bool] = []
-        self._drowns: list[bool] = []
+        self._lately = Lately()
+        self.share = float("nan")
+        """Of all lines of the last frame; NaN where they are outside the picture, or were not asked for."""
+        self.floods = False
+        """Whether more than a person differs from the background there."""
 
-    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> None:
-        """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is."""
+    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> str:
+        """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is.
+
+        What lately speaks against it, in words; empty where nothing does.
+        """
         px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
         most_px = max(MOST_M2 * px_per_m**2, MOST_SHARE * foreground.size)
-        self._time_s.append(time_s)
         count = int(np.count_nonzero(foreground))
-        self._floods.append(count > most_px)
-        self._drowns.append(count > max(most_px, MOST_OF_ALL * foreground.size))
-        on_trunk, on_lines = np.nan, np.nan
+        self.floods = count > most_px
+        on_trunk, self.share = np.nan, np.nan
         if time_s >= self._ask_s:
             self._ask_s = time_s + ASK_EVERY_S
-            on_trunk, on_lines = self._on(foreground, joints)
-        self._on_trunk.append(on_trunk)
-        self._on_lines.append(on_lines)
+            on_trunk, self.share = self._on(foreground, joints)
+        lately = mean_of_known(self._lately.take(time_s, np.array([on_trunk])))[0]
+        if count > max(most_px, MOST_OF_ALL * foreground.size):
+            return EVERYWHERE
+        return HARDLY if lately < LEAST_ON_TRUNK else ""
 
     def _on(self, foreground: Image, joints: Mapping[str, Array]) -> tuple[float, float]:
         """Share of the trunk's lines, and of all, on the foreground; NaN where they are outside the picture."""
@@ -72,22 +75,6 @@ class StandsOut:
         pixels["neck"] = 0.5 * (pixels["left_shoulder"] + pixels["right_shoulder"])
         on_trunk, on_arms = (_on(foreground, pixels, lines) for lines in (TRUNK_LINES, ARM_LINES))
         return _share(on_trunk), _share(np.concatenate([on_trunk, on_arms]))
-
-    @property
-    def shares(self) -> Array:
-        """Of all lines of every frame `(T,)`; NaN where they are outside the picture, or were not asked for."""
-        return np.array(self._on_lines)
-
-    @property
-    def floods(self) -> NDArray[np.bool_]:
-        """In which frames more than a person differs from the background `(T,)`."""
-        return np.array(self._floods, dtype=bool)
-
-    def reasons(self) -> list[str]:
-        """Of every frame; empty where nothing speaks against it."""
-        lately = mean_lately(np.array(self._time_s), np.array(self._on_trunk).reshape(-1, 1))[:, 0]
-        hardly = [HARDLY if share < LEAST_ON_TRUNK else "" for share in lately]
-        return [EVERYWHERE if drowns else why for drowns, why in zip(self._drowns, hardly, strict=True)]
 
 
 def _on(foreground: Image, pixels: Mapping[str, Array], lines: tuple[tuple[str, str], ...]) -> NDArray[np.bool_]:

@@ -11,7 +11,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from pytracker.evidence.borne_out import COLUMN_M, CROWN_M
-from pytracker.evidence.trunk import NEARER, against_first, at_first
+from pytracker.evidence.lately import AtFirst, Lately, median_of_known
+from pytracker.evidence.trunk import NEARER
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -42,13 +43,22 @@ class StatureSeen:
         self._camera = camera
         lowest, top = float(camera.project(first)[:, 1].max()), float(camera.project(head[None])[0, 1])
         self._model_m = (lowest - top) / float(camera.px_per_m(head[None])[0]) + CROWN_M
-        self._time_s: list[float] = []
-        self._tall_m: list[float] = []
+        self._lately, self._first = Lately(), AtFirst()
 
-    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> None:
-        """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is."""
-        self._time_s.append(time_s)
-        self._tall_m.append(self._tall(joints, foreground))
+    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> str:
+        """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is.
+
+        What lately speaks against it, in words; empty where nothing does, and where feet were not seen at first.
+        A background that holds a part of the person shows them shorter than the model at first: they are nearer where
+        they are taller than that.
+        """
+        row = np.array([self._tall(joints, foreground)])
+        self._first.take(time_s, row)
+        (tall_m,), (first_m,) = median_of_known(self._lately.take(time_s, row)), self._first.median
+        held = self._model_m / first_m
+        if tall_m / first_m > TALLER * (held if held > TALLER else 1.0):
+            return NEARER
+        return self._farther if tall_m / first_m < SHORTER else ""
 
     def _tall(self, joints: Mapping[str, Array], foreground: Image) -> float:
         """From crown to feet, m as of the tracked distance; NaN where either is not seen."""
@@ -60,16 +70,4 @@ class StatureSeen:
         rows = np.flatnonzero(foreground.any(axis=1))
         if not len(above) or above[0] < RIM_PX or rows[-1] >= len(foreground) - RIM_PX:
             return float("nan")
-        return float((rows[-1] - above[0]) / px_per_m)
-
-    def reasons(self) -> list[str]:
-        """Of every frame; empty where nothing speaks against it, and where feet were not seen at first.
-
-        A background that holds a part of the person shows them shorter than the model at first: they are nearer where
-        they are taller than that.
-        """
-        time_s, tall_m = np.array(self._time_s), np.array(self._tall_m).reshape(-1, 1)
-        ratios, first_m = against_first(time_s, tall_m)[:, 0], float(at_first(time_s, tall_m)[0])
-        held = self._model_m / first_m
-        taller = TALLER * (held if held > TALLER else 1.0)
-        return [NEARER if ratio > taller else self._farther if ratio < SHORTER else "" for ratio in ratios]
+        return float((rows[-1] - above[0]) / px_per_m) if rows[-1] > above[0] else float("nan")

@@ -7,31 +7,27 @@ default; keypoints of shoulders and hips tell all the same that they have change
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.followed import followed
-from pytracker.evidence.lately import first_rows, median_of_known
+from pytracker.evidence.lately import AtFirst, Lately, median_of_known
 from pytracker.recording.body_view import rate_of
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 
-__all__ = ["NEARER", "TrunkSeen", "against_first", "at_first", "distance_changes"]
+__all__ = ["NEARER", "Trunk", "TrunkSeen", "distance_changes"]
 
 CORNERS = [KEYPOINTS.index(f"{side}_{joint}") for joint in ("shoulder", "hip") for side in ("left", "right")]
-FIRST_S = 0.25
-"""What is seen in the first frames is how large a person is whose pose is given."""
 LARGER = 1.08
 """So much longer or wider than at first is no trunk of people who stand where they are: 0.96 to 1.06 on real ones."""
 SHORTER = 0.88
 """Nor so much shorter, unless it bends: 0.90 to 1.05."""
 NARROWER = 0.7
 """Nor narrower, unless it turns: 0.78 to 1.06."""
-
-
 NEARER = "comes nearer than is tracked"
 FARTHER = "bends or goes farther off than is tracked"
 LEAVING = 0.87
@@ -46,6 +42,47 @@ OFTEN = 0.15
 """A trunk that is larger or smaller in so many of the frames has changed its distance."""
 
 
+@dataclass(frozen=True)
+class Trunk:
+    """How a trunk is seen lately, against its first frames and against what is tracked; NaN where it is not seen.
+
+    Attributes:
+        length, width: of the trunk, seen over tracked, over the same of the first frames.
+        hips: how wide they are, which are no joints that are tracked, over its length, over the same.
+        right, down: how far they are of where they were at first, in lengths of the trunk.
+    """
+
+    length: float
+    width: float
+    hips: float
+    right: float
+    down: float
+
+    @property
+    def is_nearer(self) -> bool:
+        """Larger one way or the other, and on the whole: hips at the picture's edge make a trunk long and narrow."""
+        return (self.length > LARGER or self.width > LARGER) and self.length * self.width > LARGER
+
+    @property
+    def words(self) -> str:
+        """What that speaks against who stands where they are; empty where it does not."""
+        if self.is_nearer:
+            return NEARER
+        if self.length < SHORTER:
+            return FARTHER
+        return "turns farther than is tracked" if self.width < NARROWER else ""
+
+    @property
+    def left_its_place(self) -> bool:
+        """Whether it is nearer or farther off, and not bent where it stands."""
+        sizes = (self.length, self.width, self.hips)
+        if self.is_nearer:
+            return float(np.hypot(self.right, self.down)) > MOVED or bool(np.min(sizes) > ALIKE)
+        if not (self.length < 1.0 and self.length * self.width < LEAVING):
+            return False
+        return float(np.hypot(self.right, min(self.down, 0.0))) > MOVED or bool(np.max(sizes) < 1.0 / ALIKE)
+
+
 def distance_changes(recording: BodyRecording) -> bool:
     """Whether keypoints show that a person comes nearer or goes farther off, to a camera that can tell.
 
@@ -57,98 +94,45 @@ def distance_changes(recording: BodyRecording) -> bool:
     rate_hz = rate_of(view)
     first = {name: rows[0] for name, rows in recording.skeleton.joints(recording.initial[None]).items()}
     trunk = TrunkSeen(view.camera)
-    for frame, people in zip(view.keypoints.frames, view.keypoints.points, strict=True):
-        trunk.look(frame / rate_hz, first, followed(view.camera, first, people)[0])
-    sizes = trunk.sizes()
-    length, width, _ = sizes.T
-    all_larger, all_smaller = sizes.min(axis=1) > ALIKE, sizes.max(axis=1) < 1.0 / ALIKE
-    right, down = trunk.hips_moved().T
-    is_nearer = _is_nearer(length, width) & ((np.hypot(right, down) > MOVED) | all_larger)
-    went_off = np.hypot(right, np.minimum(down, 0.0)) > MOVED
-    is_farther = (length < 1.0) & (length * width < LEAVING) & (went_off | all_smaller)
-    return float(np.mean(is_nearer | is_farther)) > OFTEN
-
-
-def _is_nearer(length: Array, width: Array) -> NDArray[np.bool_]:
-    """Larger one way or the other, and on the whole: hips at the picture's edge make a trunk long and narrow."""
-    return np.asarray(((length > LARGER) | (width > LARGER)) & (length * width > LARGER))
-
-
-def against_first(time_s: Array, sizes: Array) -> Array:
-    """Sizes `(T, K)` lately, over those of the first frames; NaN, larger and smaller than nothing, where not seen."""
-    sizes = np.where(np.isfinite(sizes) & (sizes > 0.0), sizes, np.nan)
-    usual = at_first(time_s, sizes)
-    lately = [median_of_known(sizes[first : k + 1]) / usual for k, first in enumerate(first_rows(time_s))]
-    return np.array(lately).reshape(sizes.shape)
-
-
-def at_first(time_s: Array, sizes: Array) -> Array:
-    """Sizes of the first frames `(K,)`; NaN where not seen."""
-    return np.asarray(median_of_known(sizes[time_s <= time_s[:1] + FIRST_S]))
+    left = [
+        trunk.look(frame / rate_hz, first, followed(view.camera, first, people)[0]).left_its_place
+        for frame, people in zip(view.keypoints.frames, view.keypoints.points, strict=True)
+    ]
+    return float(np.mean(left)) > OFTEN
 
 
 class TrunkSeen:
-    """How large keypoints show the trunk, against the pose."""
+    """How large keypoints show the trunk, against the pose.
+
+    Args:
+        camera: what sees it.
+    """
 
     def __init__(self, camera: Camera | WeakPerspective) -> None:
         self._camera = camera
-        self._time_s: list[float] = []
-        self._sizes: list[tuple[float, float, float]] = []
-        self._hips: list[Array] = []
+        self._lately, self._first = Lately(), AtFirst()
 
-    def look(self, time_s: float, joints: Mapping[str, Array], points: Array | None) -> None:
+    def look(self, time_s: float, joints: Mapping[str, Array], points: Array | None) -> Trunk:
         """Take a frame's mean joints, `(3,)` each, world, m, and the points of who is followed `(9, 3)`, px."""
-        self._time_s.append(time_s)
-        self._sizes.append(self._size(joints, points))
-        self._hips.append(np.full((2, 2), np.nan) if points is None else _neck_and_hips(points))
+        row = np.full(6, np.nan) if points is None else self._seen(joints, points[CORNERS, :2])
+        self._first.take(time_s, row)
+        lately, first = median_of_known(self._lately.take(time_s, row)), self._first.median
+        with np.errstate(divide="ignore", invalid="ignore"):
+            length, width, hips = lately[:3] / first[:3]
+            right, down = (lately[4:] - first[4:]) / first[3]
+        return Trunk(float(length), float(width), float(hips), float(right), float(down))
 
-    def _size(self, joints: Mapping[str, Array], points: Array | None) -> tuple[float, float, float]:
-        """Seen over tracked, length, width and hips of the trunk; NaN where not all of its corners are seen.
-
-        Hips, which are no joints that are tracked, over its length.
-        """
-        if points is None:
-            return np.nan, np.nan, np.nan
+    def _seen(self, joints: Mapping[str, Array], corners: Array) -> Array:
+        """Length, width and hips, seen over tracked; its length, and where the hips are, px; by `CORNERS` `(4, 2)`."""
         left, right, root = self._camera.project(
             np.stack([joints[n] for n in ("left_shoulder", "right_shoulder", "root")])
         )
-        neck = 0.5 * (left + right)
-        left_seen, right_seen, left_hip, right_hip = points[CORNERS, :2]
-        middle, hips = _neck_and_hips(points)
+        left_seen, right_seen, left_hip, right_hip = corners
+        middle, hips = 0.5 * (left_seen + right_seen), 0.5 * (left_hip + right_hip)
+        length_px = float(np.linalg.norm(middle - hips))
         with np.errstate(divide="ignore", invalid="ignore"):
-            tall = np.linalg.norm(neck - root)
-            length = np.linalg.norm(middle - hips) / tall
+            tall = np.linalg.norm(0.5 * (left + right) - root)
             width = np.linalg.norm(left_seen - right_seen) / np.linalg.norm(left - right)
-            across = np.linalg.norm(left_hip - right_hip) / tall
-        return float(length), float(width), float(across)
-
-    def sizes(self) -> Array:
-        """Seen over tracked, length, width and hips `(T, 3)`, against those of the first frames; NaN where not seen."""
-        return against_first(np.array(self._time_s), np.array(self._sizes).reshape(-1, 3))
-
-    def hips_moved(self) -> Array:
-        """How far right and down the hips are of where they were at first, in lengths of the trunk `(T, 2)`."""
-        time_s, seen = np.array(self._time_s), np.array(self._hips).reshape(-1, 2, 2)
-        lengths = np.linalg.norm(seen[:, 0] - seen[:, 1], axis=1, keepdims=True)
-        lately = np.array([median_of_known(seen[first : k + 1, 1]) for k, first in enumerate(first_rows(time_s))])
-        moved = lately.reshape(-1, 2) - at_first(time_s, seen[:, 1])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(moved / at_first(time_s, lengths))
-
-    def reasons(self) -> list[str]:
-        """Of every frame; empty where nothing speaks against it."""
-        sizes = self.sizes()[:, :2]
-        nearer = _is_nearer(*sizes.T)
-        return [NEARER if near else _said(*size) for near, size in zip(nearer, sizes, strict=True)]
-
-
-def _neck_and_hips(points: Array) -> Array:
-    """Middles of shoulders and hips `(2, 2)`, px."""
-    left, right, left_hip, right_hip = points[CORNERS, :2]
-    return np.stack([0.5 * (left + right), 0.5 * (left_hip + right_hip)])
-
-
-def _said(length: float, width: float) -> str:
-    if length < SHORTER:
-        return FARTHER
-    return "turns farther than is tracked" if width < NARROWER else ""
+            sizes = np.array([length_px / tall, width, np.linalg.norm(left_hip - right_hip) / tall])
+        sizes[~(np.isfinite(sizes) & (sizes > 0.0))] = np.nan
+        return np.array([*sizes, length_px, *hips])

@@ -6,6 +6,7 @@
 | `follow` | the loop from observations to a track |
 | `tracks` | what every track holds |
 | `cycle` | one cycle of a particle filter, to be looked at |
+| `body_watch` | what frames say of a body's estimates, one by one, as they come |
 | `doubts`, `body_doubts` | what a recording says against its own description, of an arm's tried by `suspects` |
 | `foreground` | of a body: whether pose and person are in one place, and the person is told from the rest |
 | `upper_arm`, `body_sensors`, `swivel` | whether sensors point where an arm is, and elbows hang |
@@ -20,6 +21,7 @@ from __future__ import annotations
 from pytracker._core import LayerRecord, Place, resample
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.body import BodyTrack
+from pytracker.tracking.body_watch import BodyWatch
 from pytracker.tracking.cycle import Cloud, Cycle, CycleLayer, record_cycle
 from pytracker.tracking.doubts import doubts
 from pytracker.tracking.found import Found, found_by
@@ -29,6 +31,7 @@ from pytracker.tracking.tracks import JointTrack, Track
 __all__ = [
     "ArmTrack",
     "BodyTrack",
+    "BodyWatch",
     "Cloud",
     "Cycle",
     "CycleLayer",

@@ -11,23 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Tracker, TrackingError
-from pytracker.evidence.borne_out import BorneOut, head_off
-from pytracker.evidence.cut_off import CutOff
+from pytracker.evidence.borne_out import head_off
 from pytracker.evidence.facing import FaceSeen
 from pytracker.evidence.followed import followed
-from pytracker.evidence.points_borne_out import PointsBorneOut
+from pytracker.evidence.points_borne_out import median_off_m
 from pytracker.evidence.points_late import points_late_of
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.evidence.silhouette import BodyEvidence
-from pytracker.evidence.smaller import place_in_smaller
-from pytracker.evidence.stands_out import StandsOut
-from pytracker.evidence.stature import StatureSeen
-from pytracker.evidence.trunk import TrunkSeen
 from pytracker.formats.video import Image
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
+from pytracker.tracking.body_watch import NO_BLOB, PictureWatch, PointsWatch, Words, is_blob_bound, together
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
@@ -110,57 +106,46 @@ class BodyTrack(Track):
 
 
 class _Watched:
-    """What the pictures say of the estimates, frame by frame."""
+    """What is kept of frames as they come: what speaks against them, and what is asked of the whole."""
 
     def __init__(self, recording: BodyRecording, shrunk: int) -> None:
-        self.camera, self.shrunk = recording.view.camera, shrunk
-        # What is found in pictures made smaller is seen by their camera.
-        self.seen_by = self.camera.of_smaller(shrunk)
-        first = recording.skeleton.joints(recording.initial[None])
-        self._first = {name: rows[0] for name, rows in first.items()}
-        self.borne_out = BorneOut(self.seen_by, self._first, [imu.segment for imu in recording.imus])
-        _, ends, _ = recording.skeleton.core.pose(recording.initial[None])
-        is_median = recording.view.background is None
-        self.face = FaceSeen(self.seen_by)
-        self.stature = StatureSeen(self.seen_by, ends[0], self._first["head"], is_median=is_median)
+        self._recording, self._pictures = recording, PictureWatch(recording, shrunk)
+        self.face = FaceSeen(self._pictures.seen_by)
+        self.late = points_late_of(recording.view, shrunk)
         self.head_off_m = np.full(2, np.nan)
-        self.stands_out, self.cut_off = StandsOut(self.seen_by), CutOff(self.seen_by)
+        self.on_person: list[float] = []
+        self.floods: list[bool] = []
         self.people: list[tuple[float, Array | None]] = []
         self.exchanged: list[bool] = []
         self.points: list[Array] = []
         self.points_off_m = float("nan")
-        self.points_astray_m = np.zeros(0)
+        self.points_astray_m: list[float] = []
+        self._seen: list[Words] = []
         self._shown: tuple[Shown, ...] = ()
-        self.is_alone = not recording.has_picture
-        self.has_keypoints = recording.view.keypoints is not None
-        self.late = points_late_of(recording.view, shrunk)
 
     def __call__(self, observation: Observation, row: dict[str, Any]) -> None:
-        evidence, is_first = observation.evidence, not self.people
+        evidence, first, camera = observation.evidence, self._pictures.first, self._recording.view.camera
+        if not self.people:
+            theirs, _ = followed(camera, first, evidence.keypoints)
+            self.points_off_m = median_off_m(camera, first, theirs)
         self.people.append((observation.time_s, evidence.keypoints))
-        if is_first:
-            at_first = PointsBorneOut(self.camera)
-            at_first.look(observation.time_s, self._first, followed(self.camera, self._first, evidence.keypoints)[0])
-            self.points_off_m = float(at_first.median_off_m[0])
-        if self.is_alone:
-            return
-        self._show(len(self.people) - 1, observation.index or 0, evidence)
-        means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
-        if is_first:
-            self.head_off_m = head_off(self.seen_by, self._first, evidence)
+        if self._recording.has_picture:
+            means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))
+            self._see(observation, means, sds)
+
+    def _see(self, observation: Observation, means: dict[str, Array], sds: dict[str, Array]) -> None:
+        """Take a frame that has a picture, and its key joints and their standard deviations."""
+        frame, index, evidence = len(self._seen), observation.index or 0, observation.evidence
+        self._show(frame, index, evidence)
+        if not frame:
+            self.head_off_m = head_off(self._pictures.seen_by, self._pictures.first, evidence)
         if self.late is not None:
-            px_per_m = float(self.seen_by.px_per_m(means["root"][None])[0])
-            self.late.look(observation.index or 0, evidence, px_per_m)
-        points, _ = followed(self.camera, means, evidence.keypoints)
-        within = None if points is None else place_in_smaller(points[:, :2], self.shrunk)
-        self.borne_out.look(observation.time_s, means, sds, evidence, within)
-        if not self.has_keypoints:
-            self.stature.look(observation.time_s, means, evidence.foreground)
-            self.cut_off.look(observation.time_s, means, evidence.foreground)
-        if (len(self.people) - 1) % LOOK_EVERY == 0:
+            self.late.look(index, evidence, float(self._pictures.seen_by.px_per_m(means["root"][None])[0]))
+        if frame % LOOK_EVERY == 0:
             self.face.look(means, evidence)
-        # The first pose is what the first frame is asked about.
-        self.stands_out.look(observation.time_s, self._first if is_first else means, evidence.foreground)
+        self._seen.append(self._pictures.look(observation.time_s, means, sds, evidence))
+        self.on_person.append(self._pictures.stands_out.share)
+        self.floods.append(self._pictures.stands_out.floods)
 
     @property
     def shown(self) -> Shown | None:
@@ -174,29 +159,21 @@ class _Watched:
             kept = Shown(index, evidence.image, evidence.foreground, evidence.edges, evidence.skin)
             self._shown = (*self._shown[-1:], kept)
 
-    def reasons(self, table: dict[str, Any]) -> list[dict[str, str]]:
+    def reasons(self, table: dict[str, Any]) -> list[Words]:
         """What speaks against each joint of a frame, `""` for the frame.
 
         Keypoints are asked of what was made of them in the end, pictures, which are too many to be kept, as they came.
         """
-        points, trunk = PointsBorneOut(self.camera), TrunkSeen(self.camera)
-        for row, (time_s, people) in enumerate(self.people):
-            means = {name: table[name][row][0] for name in KEY_JOINTS}
-            theirs, is_exchanged = followed(self.camera, means, people)
-            trunk.look(time_s, means, theirs)
-            points.look(time_s, means, theirs)
-            self.exchanged.append(is_exchanged)
-            self.points.append(np.full((len(KEYPOINTS), 3), np.nan) if theirs is None else theirs)
-        self.points_astray_m = points.median_off_m
-        seen = points.reasons() if self.is_alone else self.borne_out.reasons()
-        moved = trunk.reasons() if self.has_keypoints else self.stature.reasons()
-        for words, why in zip(seen, moved, strict=True):
-            _add(words, why)
-        if not (self.is_alone or self.has_keypoints):
-            for words, why, hidden in zip(seen, self.stands_out.reasons(), self.cut_off.reasons(), strict=True):
-                _add(words, why)
-                words.update(hidden | words)
-        return seen
+        watch, camera = PointsWatch(self._recording), self._recording.view.camera
+        said = []
+        for frame, (time_s, people) in enumerate(self.people):
+            means = {name: table[name][frame][0] for name in KEY_JOINTS}
+            said.append(watch.look(time_s, means, people))
+            self.points_astray_m.append(median_off_m(camera, means, watch.points))
+            self.exchanged.append(watch.are_exchanged)
+            self.points.append(np.full((len(KEYPOINTS), 3), np.nan) if watch.points is None else watch.points)
+        seen = self._seen or [{}] * len(said)
+        return [together(*words) for words in zip(seen, said, strict=True)]
 
 
 def track_body(
@@ -231,25 +208,17 @@ def track_body(
     return track
 
 
-def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Array) -> list[dict[str, str]]:
+def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Array) -> list[Words]:
     """Why joints of a frame are not to be believed, by joint, `""` for the frame; empty where they are."""
     seen = watched.reasons(found.table)
-    # A paper's filter sees blobs and nothing else of the skin.
-    if "blobs" in method.cues and "regions" not in method.cues and not watched.is_alone:
+    if watched.on_person and is_blob_bound(method):
         blind = [not np.isfinite(row).any() for row in blobs]
-        seen = [words or ({"": "no skin blob"} if none else {}) for words, none in zip(seen, blind, strict=True)]
-    for words, doubt in zip(seen, found.table["doubt"], strict=True):
-        _add(words, str(doubt))
-    return seen + [{"": "the track was lost before"}] * (found.count - found.tracked)
+        seen = [words or ({"": NO_BLOB} if none else {}) for words, none in zip(seen, blind, strict=True)]
+    said = [together(words, {"": str(doubt)}) for words, doubt in zip(seen, found.table["doubt"], strict=True)]
+    return said + [{"": "the track was lost before"}] * (found.count - found.tracked)
 
 
-def _add(words: dict[str, str], why: str) -> None:
-    """Add a reason that goes for all of a frame, where there is one."""
-    if why:
-        words[""] = "; ".join(filter(None, (words.get(""), why)))
-
-
-def _in_words(words: dict[str, str]) -> str:
+def _in_words(words: Words) -> str:
     """All of a frame's reasons; what goes for all of it is said once."""
     of_joints = [f"{joint.replace('_', ' ')}: {why}" for joint, why in words.items() if joint and why != words.get("")]
     return "; ".join([*filter(None, [words.get("")]), *of_joints])
@@ -282,13 +251,13 @@ def _assemble(
         free=method.channels,
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),
         blobs=blobs,
-        on_person=found.rows(watched.stands_out.shares),
-        floods=found.rows(watched.stands_out.floods.astype(float)) > 0,
+        on_person=found.rows(np.array(watched.on_person)),
+        floods=found.rows(np.array(watched.floods, dtype=float)) > 0,
         face_on_back=watched.face.on_back,
         head_off_m=watched.head_off_m,
         points=found.rows(np.array(watched.points).reshape(-1, len(KEYPOINTS), 3)),
         points_off_m=watched.points_off_m,
-        points_astray_m=found.rows(watched.points_astray_m),
+        points_astray_m=found.rows(np.array(watched.points_astray_m)),
         points_late=(0, 0.0) if watched.late is None else watched.late.found(),
         points_exchanged=np.array(watched.exchanged + [False] * (found.count - found.tracked)),
         shown=watched.shown,
