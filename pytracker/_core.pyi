@@ -1,4 +1,4 @@
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Self, final
 
 import numpy as np
@@ -11,6 +11,7 @@ from pytracker.skeleton.skeleton import Bone
 from pytracker.tracking.tracks import Track
 
 __all__ = [
+    "ARM_ALIKE",
     "ARM_DOUBTS",
     "ARM_NOTHING_CAME",
     "ARM_UNLIKE",
@@ -33,6 +34,7 @@ __all__ = [
 ]
 
 __version__: str
+ARM_ALIKE: Mapping[str, float]
 ARM_DOUBTS: tuple[str, ...]
 ARM_NOTHING_CAME: tuple[str, ...]
 ARM_UNLIKE: str

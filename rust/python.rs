@@ -76,11 +76,13 @@ mod _core {
         super::border::remember_process();
         // The frames before a loss; of a track that was lost at the first frame there are none.
         module.py().get_type::<TrackingError>().setattr("track", module.py().None())?;
-        // Tuples: nobody may change them.
+        // Tuples, and a view: nobody may change them.
         module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
         let nothing_came = [crate::arm::incoming::UNSEEN, crate::arm::incoming::SILENT];
         module.add("ARM_NOTHING_CAME", pyo3::types::PyTuple::new(module.py(), nothing_came)?)?;
         module.add("ARM_UNLIKE", crate::arm::alike::UNLIKE)?;
+        let limits = std::collections::BTreeMap::from(crate::arm::alike::LIMITS).into_pyobject(module.py())?;
+        module.add("ARM_ALIKE", pyo3::types::PyMappingProxy::new(module.py(), limits.as_mapping()))?;
         let joints = crate::body::KEY_JOINTS;
         module.add("KEY_JOINTS", pyo3::types::PyTuple::new(module.py(), joints.map(|(name, _, _)| name))?)?;
         module

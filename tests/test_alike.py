@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker._core import ARM_ALIKE
 from pytracker.methods.arm import ArmMethod
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking.alike import UNLIKE
@@ -131,3 +132,8 @@ def test_a_stream_tells_it_while_it_comes(seen: str, worn: str) -> None:
     late = said(dataclasses.replace(recording, imus=other.imus))[150:]
     assert np.mean([bool(words) for words in late]) > 0.8
     assert UNLIKE in late
+
+
+def test_a_worn_sensor_is_off_by_what_the_filter_has_it_off_by() -> None:
+    assert ARM_ALIKE["accel_density"] == pt.Mixture.accel_density
+    assert ARM_ALIKE["accel_growth"] == pt.Mixture.accel_growth

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pytracker._core import ARM_ALIKE
 from pytracker.evidence.lag import (
     BAND_HZ,
     EDGE_S,
@@ -42,7 +43,7 @@ LEAST_SWIFT = 0.15
 """So much of the movement, RMS, must be as swift as is laid over each other: of what is slow only its remains are."""
 LEAST_CLEAR = 2.2
 """And so many times more than what its centre jumps by: of a fifth that is noise nothing can be explained."""
-SPIKE_PX = 10.0
+SPIKE_PX = ARM_ALIKE["spike_px"]
 """A centre that leaps as far, alone, was not of the patch."""
 LEAST_M = 0.04
 """A detector's wrist, or a patch that is half hidden, may be off by half of this, now to one side, now to another."""

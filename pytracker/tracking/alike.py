@@ -13,11 +13,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from pytracker._core import ARM_UNLIKE
+from pytracker._core import ARM_ALIKE, ARM_UNLIKE
 from pytracker.evidence.clocks import FIRST_S, SPIKE_PX, clock_as_given
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY
-from pytracker.methods.arm import Mixture
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.series import runs, without_spikes
@@ -28,20 +27,21 @@ UNLIKE = ARM_UNLIKE
 """The reason of a frame where this is so."""
 
 GRID_S, EVERY = 0.02, 5
-WINDOW_S = 3.0
-"""In less a slow arm hardly moves, over more the sensor drifts by as much."""
+WINDOW_S = ARM_ALIKE["window_s"]
+"""In less a slow arm hardly moves, over more the sensor drifts by as much. What comes as a stream is judged by the same
+limits, one and all of the core's."""
 STEADY = 2
 """The way of what is driven steadily is of this order in time."""
 CHUNK = 1000
 
-SEEN_GAP_S, SENSOR_GAP_S = 0.3, 0.1
+SEEN_GAP_S, SENSOR_GAP_S = ARM_ALIKE["seen_gap_s"], ARM_ALIKE["sensor_gap_s"]
 """Between frames, and samples, that are farther apart there is no way to lay over the other."""
-LEAST_PX, PATCH_M = 1.0, 0.005
+LEAST_PX, PATCH_M = 1.0, ARM_ALIKE["centre_m"]
 """A centre is known no better than this, and wanders by as much over a wrist that turns."""
 
-LEAST_SHARE = 0.4
+LEAST_SHARE = ARM_ALIKE["least_share"]
 """So much of the larger way, as squares, must be left."""
-CERTAIN, LIKELY = 2.8, 1.5
+CERTAIN, LIKELY = ARM_ALIKE["certain"], ARM_ALIKE["likely"]
 """What is left, over what is expected (RMS). Of 36 right arms, worn, captured and of others, 2.5 at most where so large
 a share is left; what lies about something certain needs less."""
 CERTAIN_IN_ALL = 1.75
@@ -93,7 +93,7 @@ def _of_camera(
     driven_m = _integrated(imu.time_s, _integrated(imu.time_s, acceleration)) + to_patch
     # Sampled as the patch is: what is lost between frames is lost of both.
     driven = _on(grid, seen_s, _on(seen_s, imu.time_s, driven_m @ across))
-    density = Mixture.accel_density * (1.0 + Mixture.accel_growth * np.linalg.norm(acceleration, axis=1))
+    density = ARM_ALIKE["accel_density"] * (1.0 + ARM_ALIKE["accel_growth"] * np.linalg.norm(acceleration, axis=1))
     middle, left, larger, expected = _compared(seen, driven, np.interp(grid, imu.time_s, np.square(density)))
     centre_px = max(float(np.nan_to_num(sightings.jitter_px)), LEAST_PX)
     expected += 2.0 * (np.square(centre_px / np.median(px_per_m)) + PATCH_M**2)

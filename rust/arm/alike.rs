@@ -44,6 +44,20 @@ const LEAST_KNOWN: f64 = 0.5;
 /// More than half, so that few slips do not count.
 const MOST: f64 = 0.6;
 
+/// What a recording is judged by as well, as a whole (`pytracker/tracking/alike.py`).
+pub const LIMITS: [(&str, f64); 10] = [
+    ("window_s", WINDOW_S),
+    ("seen_gap_s", SEEN_GAP_S),
+    ("sensor_gap_s", SENSOR_GAP_S),
+    ("accel_density", DENSITY),
+    ("accel_growth", GROWTH),
+    ("centre_m", CENTRE_M),
+    ("spike_px", SPIKE_PX),
+    ("least_share", LEAST_SHARE),
+    ("certain", CERTAIN),
+    ("likely", LIKELY),
+];
+
 /// A frame: when, where the patch is across the line of sight, m, where the sensor would have carried it, and how fast that
 /// accelerates, m/s².
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
