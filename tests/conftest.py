@@ -119,6 +119,13 @@ def body(simulated_body: Path) -> pt.BodyRecording:
 
 
 @pytest.fixture(scope="session")
+def gesturing(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A worn arm that gestures, with everything in its recording.toml; copy it before changing it."""
+    scene = pt.ArmScene(worn=True, pattern="gesture", period_s=2.0)
+    return made_once(tmp_path_factory, "gesturing", lambda folder: pt.simulate_arm(folder, scene, 8))
+
+
+@pytest.fixture(scope="session")
 def sensed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A body with both; copy it before changing it."""
     scene = pt.BodyScene(duration_s=5.0, keypoint_sd_px=3.0, imus=SEGMENTS)
