@@ -13,6 +13,7 @@ from pytracker.tracking.tracks import Track
 __all__ = [
     "ARM_ALIKE",
     "ARM_DOUBTS",
+    "ARM_NEWS_S",
     "ARM_NOTHING_CAME",
     "ARM_UNLIKE",
     "KEYPOINTS",
@@ -36,6 +37,7 @@ __all__ = [
 __version__: str
 ARM_ALIKE: Mapping[str, float]
 ARM_DOUBTS: tuple[str, ...]
+ARM_NEWS_S: float
 ARM_NOTHING_CAME: tuple[str, ...]
 ARM_UNLIKE: str
 KEY_JOINTS: tuple[str, ...]

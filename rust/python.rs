@@ -80,6 +80,7 @@ mod _core {
         module.add("ARM_DOUBTS", pyo3::types::PyTuple::new(module.py(), crate::arm::plausible::DOUBTS)?)?;
         let nothing_came = [crate::arm::incoming::UNSEEN, crate::arm::incoming::SILENT];
         module.add("ARM_NOTHING_CAME", pyo3::types::PyTuple::new(module.py(), nothing_came)?)?;
+        module.add("ARM_NEWS_S", crate::arm::frame::NEWS_S)?;
         module.add("ARM_UNLIKE", crate::arm::alike::UNLIKE)?;
         let limits = std::collections::BTreeMap::from(crate::arm::alike::LIMITS).into_pyobject(module.py())?;
         module.add("ARM_ALIKE", pyo3::types::PyMappingProxy::new(module.py(), limits.as_mapping()))?;

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker._core import InputError
+from pytracker._core import ARM_NEWS_S, InputError
 from pytracker.evidence.ahead import ahead
 from pytracker.evidence.camshift import PatchTrack, track_patch
 from pytracker.evidence.hanging import without_hanging, without_standing
@@ -93,6 +93,19 @@ class Sightings:
             if len(known := (of := jumps[:, camera])[np.isfinite(of)]) >= ENOUGH
         ]
         return float(max(spreads, default=np.nan))
+
+    def first(self, count: int) -> Sightings:
+        """The first `count` frames that say something new; without what they were seen by.
+
+        Of a fast camera's, which says the same again, as many a second as of a usual one.
+        """
+        kept: list[int] = []
+        for frame, time_s in enumerate(self.time_s.tolist()):
+            if not kept or time_s - self.time_s[kept[-1]] >= ARM_NEWS_S:
+                kept.append(frame)
+            if len(kept) == count:
+                break
+        return Sightings(self.time_s[kept], self.pixels[kept], tuple(self.reasons[frame] for frame in kept))
 
     @staticmethod
     def of(time_s: Array, pixels: Array, landmarks: tuple[Landmarks, ...] = ()) -> Sightings:

@@ -115,7 +115,7 @@ def _mirrored(
     evidence = max((one.log_evidence for one in ways), default=-np.inf)
     if evidence < least:
         return None
-    seen = int(np.isfinite(picture.pixels[:MOST_FRAMES, 0]).all(axis=1).sum())
+    seen = int(np.isfinite(picture.first(MOST_FRAMES).pixels[:, 0]).all(axis=1).sum())
     if evidence < WELL * seen:
         now, then = best.log_evidence / seen, evidence / seen
         words = (

@@ -30,7 +30,7 @@ from pytracker.rotation import (
     rotation_vector_to_quaternion,
     triple,
 )
-from pytracker.tracking.arm import ArmTrack, track_arm
+from pytracker.tracking.arm import ArmTrack, filter_arm
 from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
 __all__ = [
@@ -143,7 +143,7 @@ def find_worn(
 
     Best first; empty where none does. Ways of less than `least` log evidence are not followed to their end.
     """
-    sightings = _first(sightings)
+    sightings = sightings.first(MOST_FRAMES)
     hypotheses = [(lag.offset_s, heading) for lag in lags for heading in _headings(recording, sightings, lag)]
     best: list[Worn] = []
     with ThreadPoolExecutor(os.cpu_count()) as pool:  # the filter lets the interpreter go
@@ -163,11 +163,6 @@ def find_worn(
 def _acceleration(imu: Imu) -> Array:
     """In the sensor's earth frame, m/s², without gravity `(M, 3)`."""
     return np.asarray(rotate(imu.q_world_segment, imu.acc) - np.array([0.0, 0.0, GRAVITY]))
-
-
-def _first(sightings: Sightings) -> Sightings:
-    keep = slice(0, MOST_FRAMES)
-    return Sightings(sightings.time_s[keep], sightings.pixels[keep], sightings.reasons[keep])
 
 
 def _headings(recording: ArmRecording, sightings: Sightings, lag: Lag) -> list[float]:
@@ -217,7 +212,7 @@ def _starts(recording: ArmRecording, imu: Imu, sightings: Sightings) -> list[Arr
 
 def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
     """With its log evidence, of the better of its starts, and of how likely an arm is held, and one wears it, so."""
-    sightings = _first(sightings)
+    sightings = sightings.first(MOST_FRAMES)
     seen = np.isfinite(sightings.pixels[:, 0]).all(axis=1)
     first_s, last_s = recording.imus[0].time_s[[0, -1]] + worn.offset_s + np.array([0.0, COASTS_S])
     is_there = seen & (sightings.time_s >= first_s) & (sightings.time_s <= last_s)
@@ -246,7 +241,7 @@ def _most_within(time_s: Array, span_s: float) -> int:
 def _held(recording: ArmRecording, sightings: Sightings) -> ArmTrack | None:
     """The track, or what there is of it where the filter was lost."""
     try:
-        return track_arm(recording, HELD, sightings=sightings)
+        return filter_arm(recording, HELD, sightings=sightings)
     except InputError:
         return None
     except TrackingError as error:

@@ -127,7 +127,7 @@ def _compared(seen: Array, driven: Array, density2: Array) -> tuple[NDArray[np.i
 
     def bent(way: Array) -> Array:
         """What is not steady of `(W, samples, 2)`."""
-        return np.asarray(way - np.einsum("ik,wkd->wid", steady, np.einsum("ik,wid->wkd", steady, way)))
+        return np.asarray(way - steady @ (steady.T @ way))
 
     def windows(values: Array) -> Array:
         return np.moveaxis(sliding_window_view(values, samples, axis=0)[::EVERY], -1, 1)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pytracker._core import ARM_NOTHING_CAME, Tracker, TrackingError
 from pytracker.evidence.sightings import Progress, Sightings, sight
@@ -18,7 +17,7 @@ from pytracker.tracking.alike import UNLIKE, moves_otherwise
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
-__all__ = ["JITTERY", "ArmTrack", "track_arm"]
+__all__ = ["JITTERY", "ArmTrack", "filter_arm", "track_arm"]
 
 STRETCH = 200
 """Frames tracked between two calls of the progress function, at the most."""
@@ -72,6 +71,25 @@ def track_arm(
     Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
     beyond recovery; its `track` attribute then holds the frames before, where there are any.
     """
+    try:
+        found = filter_arm(recording, method, seed, sightings=sightings, progress=progress, threads=threads)
+    except TrackingError as error:
+        if isinstance(error.track, ArmTrack):
+            error.track = _judged(error.track)
+        raise
+    return _judged(found)
+
+
+def filter_arm(
+    recording: ArmRecording,
+    method: ArmMethod,
+    seed: int = 0,
+    *,
+    sightings: Sightings | None = None,
+    progress: Progress | None = None,
+    threads: int | None = None,
+) -> ArmTrack:
+    """The same, of which the core alone has judged what frames are worth: for who tries many descriptions of one."""
     began = time.perf_counter()
     method = method.known_by(recording.spreads)
     if sightings is None:
@@ -107,13 +125,10 @@ def _assemble(
     reason[:first] = ["before the first IMU sample"] * first
     reason[end:] = ["the track was lost before"] * (found.count - end)
     for row, doubt in enumerate(found.table["doubt"], start=first):
-        # What says why nothing came, or for how long, stands in its place; `_unlike` sees what comes later too.
+        # What says why nothing came, or for how long, stands in its place; `_judged` sees what comes later too.
         if doubt and doubt not in (*ARM_NOTHING_CAME, UNLIKE):
             reason[row] = f"{doubt}; {reason[row]}" if reason[row] else str(doubt)
     joints = {joint: found.joint(joint) for joint in ("wrist", "elbow")}
-    state_mean = found.rows(found.table["mean"])
-    for frame in _unlike(recording, method, sightings, joints["wrist"].mean, state_mean):
-        reason[frame] = f"{reason[frame]}; {UNLIKE}" if reason[frame] else UNLIKE
     imu_time_s = recording.imus[0].time_s
     since = sightings.time_s - imu_time_s[np.clip(np.searchsorted(imu_time_s, sightings.time_s, "right") - 1, 0, None)]
     for frame in np.flatnonzero(since > max(method.hold_s, 1.5 * float(np.median(np.diff(imu_time_s))))):
@@ -127,7 +142,7 @@ def _assemble(
         log_evidence=found.rows(found.table["log_evidence"]),
         valid=np.array([not words for words in reason]),
         reason=tuple(reason),
-        state_mean=state_mean,
+        state_mean=found.rows(found.table["mean"]),
         state_sd=found.rows(found.table["sd"]),
         wrist_covariance=found.rows(found.table["place_covariance"]),
         sightings=sightings,
@@ -137,11 +152,14 @@ def _assemble(
     )
 
 
-def _unlike(
-    recording: ArmRecording, method: ArmMethod, sightings: Sightings, wrist_m: Array, state_mean: Array
-) -> NDArray[np.intp]:
-    """Frames in which the patch that the method follows moves otherwise than the sensor."""
-    if not method.follows_patch:
-        return np.empty(0, dtype=np.intp)
-    turn_rad = np.nanmean(state_mean[:, TURN], axis=0) if isinstance(method, Mixture) else np.zeros(3)
-    return np.flatnonzero(moves_otherwise(recording, sightings, wrist_m, turn_rad))
+def _judged(track: ArmTrack) -> ArmTrack:
+    """The same, frames not valid in which the patch that the method follows moves otherwise than the sensor."""
+    if not track.method.follows_patch:
+        return track
+    is_worn = isinstance(track.method, Mixture)
+    turn_rad = np.nanmean(track.state_mean[:, TURN], axis=0) if is_worn else np.zeros(3)
+    reason = list(track.reason)
+    otherwise = moves_otherwise(track.recording, track.sightings, track.joints["wrist"].mean, turn_rad)
+    for frame in np.flatnonzero(otherwise):
+        reason[frame] = f"{reason[frame]}; {UNLIKE}" if reason[frame] else UNLIKE
+    return replace(track, reason=tuple(reason), valid=track.valid & ~otherwise)

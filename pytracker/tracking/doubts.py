@@ -20,7 +20,7 @@ from pytracker.methods.arm import ArmMethod, Ekf, Mixture, Smooth
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 from pytracker.tracking.alike import UNLIKE
-from pytracker.tracking.arm import JITTERY, ArmTrack, track_arm
+from pytracker.tracking.arm import JITTERY, ArmTrack, filter_arm
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_doubts import of_body
 from pytracker.tracking.clocks import of_clocks
@@ -107,7 +107,7 @@ def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
     if found or not isinstance(track.method, Smooth) or recording is track.recording:
         return found or _of_setup(track)
     try:
-        return _of_setup(track_arm(recording, track.method, track.seed, sightings=sightings))
+        return _of_setup(filter_arm(recording, track.method, track.seed, sightings=sightings))
     except TrackingError:
         return ()
 
@@ -148,7 +148,7 @@ def _without_senses(recording: ArmRecording, sightings: Sightings) -> tuple[ArmR
 
 @functools.lru_cache(maxsize=1)  # several methods on one recording share it
 def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> tuple[str, ...]:
-    sightings = _first(sightings)
+    sightings = sightings.first(MOST_FRAMES)
     held = [suspect for suspect in suspects() if suspect.kind in HELD_SUSPECTS]
     certain_held = CERTAIN_HELD * max(LEAST_FRAMES, len(sightings.time_s))
     for probe, tried, certain in ((HELD, held, certain_held), (PROBE, list(suspects()), CERTAIN)):
@@ -185,13 +185,6 @@ def _of_setup(track: ArmTrack) -> tuple[str, ...]:
     )
 
 
-def _first(sightings: Sightings) -> Sightings:
-    """Of the first `MOST_FRAMES` frames."""
-    if len(sightings.time_s) <= MOST_FRAMES:
-        return sightings
-    return Sightings(sightings.time_s[:MOST_FRAMES], sightings.pixels[:MOST_FRAMES], sightings.reasons[:MOST_FRAMES])
-
-
 def _gain(better: Array) -> float:
     """By how much a setting is better over the whole recording; nothing where only a part of it says so."""
     better = np.clip(better[np.isfinite(better)], -AT_MOST, AT_MOST)
@@ -206,7 +199,7 @@ def _log_evidence(recording: ArmRecording, sightings: Sightings, method: ArmMeth
     found = np.full(len(sightings.time_s), np.nan)
     track: Track
     try:
-        track = track_arm(recording, method, sightings=sightings)
+        track = filter_arm(recording, method, sightings=sightings)
     except InputError:
         return found
     except TrackingError as error:

@@ -31,6 +31,8 @@ pub(super) struct Step<'a> {
     pub stale_s: f64,
     /// Whether the sensor lay still.
     pub is_rest: bool,
+    /// Whether it says something new.
+    pub is_new: bool,
     /// Where each camera saw the patch.
     pub pixels: &'a [Option<Vector2<f64>>],
     /// Which joints were seen besides, and where.
@@ -101,6 +103,9 @@ impl Chain for ArmBranch<'_> {
     }
 
     fn measure(&self, step: usize, at: &DVector<f64>) -> Result<Vec<Linear>> {
+        if !self.steps[step].is_new {
+            return Ok(Vec::new());
+        }
         let frame = self.frame(step);
         let layout = Layout::new(self.noise);
         let posed = Posed::new(layout, self.arm, self.noise, frame.moment());

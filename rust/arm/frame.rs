@@ -11,6 +11,28 @@ use super::state::{Layout, Noise};
 use super::worn::WornMotion;
 use crate::quaternion::Quaternion;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Frames that follow each other faster say the same again, s: where a patch sits on a wrist, what skin, strap and shoulder do
+/// and how an arm bends is alike in them, and a filter that took each for news would be too sure of it.
+pub const NEWS_S: f64 = 0.03;
+
+/// Which frames a worn arm's filter is corrected by.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct News {
+    last_s: Option<f64>,
+}
+
+impl News {
+    /// Whether a frame, each later than the one before, says something new: some 30 in a second do, however many there are.
+    pub fn is_new(&mut self, time_s: f64) -> bool {
+        let is_new = self.last_s.is_none_or(|last_s| time_s - last_s >= NEWS_S);
+        if is_new {
+            self.last_s = Some(time_s);
+        }
+        is_new
+    }
+}
 
 /// What a frame brings to any method.
 #[derive(Debug, Clone)]
@@ -77,6 +99,22 @@ impl Frame<'_> {
             sightings: Vec::new(),
             landmarks: Vec::new(),
             upper_arm: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn some_thirty_frames_a_second_are_news() {
+        for (rate_hz, expected) in
+            [(12.0, 12), (25.0, 25), (30.0, 30), (50.0, 25), (60.0, 30), (120.0, 30), (240.0, 30)]
+        {
+            let mut news = News::default();
+            let count = (0..(10.0 * rate_hz) as u32).filter(|k| news.is_new(f64::from(*k) / rate_hz)).count();
+            assert_eq!(count, 10 * expected, "{rate_hz}");
         }
     }
 }

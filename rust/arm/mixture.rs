@@ -5,7 +5,7 @@
 //! they are estimated, patch offset (sensor frame) and shoulder displacement (world).
 
 use super::cues::{CueName, robust};
-use super::frame::Frame;
+use super::frame::{Frame, News};
 use super::pause::Stretch;
 use super::posed::Posed;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY};
@@ -34,6 +34,7 @@ pub struct ArmMixture {
     /// Components that are kept.
     most: usize,
     state: Mixture,
+    news: News,
 }
 
 impl ArmMixture {
@@ -45,7 +46,7 @@ impl ArmMixture {
         let covariance = DMatrix::from_diagonal(&sd.component_mul(&sd));
         let others = cues.iter().copied().filter(|cue| *cue != CueName::Colour);
         let cues = std::iter::once(CueName::Colour).chain(others).collect();
-        Self { layout, cues, most, state: Mixture::new(Gaussian { mean, covariance }) }
+        Self { layout, cues, most, state: Mixture::new(Gaussian { mean, covariance }), news: News::default() }
     }
 
     /// Whether the arm's length holds it.
@@ -74,7 +75,7 @@ impl ArmMixture {
     /// An estimate from components over the same state.
     pub(super) fn of_components(&self, components: Vec<Component>, posed: &Posed<'_>, time_s: f64) -> Estimate {
         let layout = Layout::new(posed.noise);
-        let of = Self { layout, cues: Vec::new(), most: self.most, state: Mixture::of(components) };
+        let of = Self { layout, cues: Vec::new(), most: self.most, state: Mixture::of(components), news: self.news };
         of.summary(posed, time_s, None)
     }
 
@@ -111,13 +112,16 @@ impl ArmMixture {
         self.state = Mixture::of((0..ON_STRETCH).map(component).collect());
     }
 
-    /// Predict to the frame, then correct by every cue.
+    /// Predict to the frame, then correct by every cue, where it says something new.
     ///
     /// # Errors
     /// [`crate::Error::Singular`], [`crate::Error::RanAway`].
     pub fn update(&mut self, arm: &Arm, noise: &Noise, frame: &Frame<'_>) -> Result<Estimate> {
         self.predict(frame.worn.as_ref(), noise);
         let posed = Posed::new(self.layout, arm, noise, frame.moment());
+        if !self.news.is_new(frame.time_s) {
+            return Ok(self.summary(&posed, frame.time_s, None));
+        }
         let mut evidence = None;
         for cue in self.cues.iter().flat_map(|name| frame.cues(*name, self.layout, noise)) {
             self.state.split(SPLIT_TO * self.most + 1, |gaussian| cue.bent(&posed, gaussian));

@@ -9,6 +9,7 @@
 use super::averaged::{at_its_wrist, averaged};
 use super::branch::{ArmBranch, Step};
 use super::cues::upper_arm::{Direction, direction_at};
+use super::frame::News;
 use super::memory::Kept;
 use super::mixture::ArmMixture;
 use super::plausible::{Judged, Plausibility, UNKNOWN};
@@ -209,6 +210,7 @@ impl<'a> Recorded<'a> {
         let first_s = self.samples.first().map_or(0.0, |sample| sample.time_s);
         let mut samples = self.samples.iter().peekable();
         let mut steps = Vec::with_capacity(self.frames.len());
+        let mut news = News::default();
         for (k, frame) in self.frames.iter().enumerate() {
             // A frame before the first sample is met with it.
             let time_s = (frame.time_s + delay_s).max(first_s + 1e-9 * (k as f64));
@@ -235,6 +237,7 @@ impl<'a> Recorded<'a> {
                 world_sensor: timeline.world_sensor(noise),
                 stale_s: timeline.stale_s(noise),
                 is_rest: timeline.is_rest(noise),
+                is_new: news.is_new(frame.time_s),
                 pixels: &frame.pixels,
                 landmarks: &frame.landmarks,
                 // Whether it says something does not depend on the delay: they are compared by all that is measured.

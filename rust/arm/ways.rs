@@ -121,6 +121,7 @@ mod tests {
             world_sensor: q,
             stale_s: 0.0,
             is_rest: false,
+            is_new: true,
             pixels: &pixels[k],
             landmarks: &[],
             upper_arm: None,
