@@ -12,7 +12,7 @@ const ROTATION_TOLERANCE: f64 = 1e-3;
 
 /// No picture, room or lens has larger numbers: px, m, and the distortion's own.
 const MOST_PX: f64 = 1e6;
-const MOST_M: f64 = 1e5;
+const MOST_M: f64 = 200.0;
 const MOST_DISTORTION: f64 = 1e3;
 
 /// A calibrated camera.
@@ -68,13 +68,13 @@ impl Camera {
         if !within(matrix.as_slice(), MOST_PX) {
             return fault("matrix", format!("{:?}, expected numbers within ±{MOST_PX:e} px", matrix.as_slice()));
         }
-        if !within(translation.as_slice(), MOST_M) || !within(&distortion, MOST_DISTORTION) {
+        if !within(&distortion, MOST_DISTORTION) {
+            return fault("distortion", format!("{distortion:?}, expected numbers within ±{MOST_DISTORTION:e}"));
+        }
+        if !within(translation.as_slice(), MOST_M) {
             return fault(
                 "translation_m",
-                format!(
-                    "{:?} / distortion {distortion:?}, expected finite numbers within ±{MOST_M:e} m and ±{MOST_DISTORTION:e}",
-                    translation.as_slice()
-                ),
+                format!("{:?}, expected numbers within ±{MOST_M} m: are they millimetres?", translation.as_slice()),
             );
         }
         Ok(Self { matrix, distortion, rotation, translation, largest_r2: largest_r2(&distortion) })
