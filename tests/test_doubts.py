@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import pytracker as pt
 from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
-from pytracker.simulate.arm import ArmSimulation
+from pytracker.simulate.arm import ArmSimulation, look_at
 from pytracker.tracking import ArmTrack
 from pytracker.tracking.found import found_by
 from pytracker.tracking.pauses import of_pauses
@@ -148,3 +149,32 @@ def test_a_patch_that_sits_elsewhere_along_the_forearm_is_told() -> None:
         assert where in said
         assert "check patch_offset_m" in said
         assert 3 <= int(said.split("about ")[1].split(" cm")[0]) <= 11
+
+
+def test_a_patch_that_looks_like_another_heading_is_told_beside_it() -> None:
+    """Strapped to the middle of the forearm it was blamed on the heading alone."""
+    scene = pt.ArmScene(pattern="gesture", period_s=2.0, worn=True, patch_offset_m=(0.0, 0.1, 0.0))
+    simulation = ArmSimulation(scene, 300)
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(1.0))
+    recording = simulation.recording()
+    camera = dataclasses.replace(recording.views[0].camera, patch_offset_m=(0.0, 0.0, 0.0))
+    moved = dataclasses.replace(recording, views=(dataclasses.replace(recording.views[0], camera=camera),))
+    said = pt.doubts(pt.track(moved, pt.Smooth(), sightings=sightings))
+    assert any("nearer the elbow" in words and "check patch_offset_m" in words for words in said)
+
+
+class SeenFromNear(ArmSimulation):
+    """By a telephone on the table: 1 m off, a wide angle."""
+
+    @cached_property
+    def cameras(self) -> tuple[pt.Camera, ...]:
+        camera = look_at(self.scene.centre_m, 0.0, 30.0, 1.0, self.scene.patch_offset_m)
+        return (dataclasses.replace(camera, matrix=((384.0, 0.0, 320.0), (0.0, 384.0, 240.0), (0.0, 0.0, 1.0))),)
+
+
+def test_of_a_right_reach_before_a_near_camera_nothing_is_said() -> None:
+    """The mount was blamed, turned by 90°, in each of four."""
+    for seed in (301, 304):
+        simulation = SeenFromNear(pt.ArmScene(pattern="reach", worn=True), seed)
+        sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(1.0))
+        assert pt.doubts(pt.track(simulation.recording(), pt.Smooth(), sightings=sightings)) == ()

@@ -37,8 +37,8 @@ __all__ = ["doubts", "is_unusable", "unbelieved"]
 PROBE = Mixture(components=1)
 """Fast, and its log evidence is that of what was seen: for any suspect."""
 
-HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15)
-"""Its log evidence is the arm's length's too, which a heading contradicts most; and any living arm somewhat."""
+HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15, arm_length_sd_m=0.03)
+"""Its log evidence is the arm's length's too, which a heading contradicts most; and any living arm by centimetres."""
 HELD_SUSPECTS = ("heading_deg", "offset_s", MIRRORED)
 
 LOST = -1e3
@@ -57,11 +57,13 @@ LEAST_FRAMES = 100
 MOST_FRAMES = 500
 """More take longer, and what evidence others have over a right description grows with them: the limit is of these."""
 
-CERTAIN = 25.0
-"""Log evidence by which another description must be better; right ones were beaten by 19, worn reaches by 24."""
+CERTAIN = 45.0
+"""Log evidence by which another description must be better; right ones were beaten by 29, worn reaches before a near
+camera by 42."""
 
-CERTAIN_HELD = 1.0
-"""The same of each frame where the arm's length counts; right ones that are worn have 0.65 at most."""
+CERTAIN_HELD = 0.4
+"""The same of each frame where the arm's length counts; right ones that are worn, of four views, have 0.26 at most, of
+headings 20° off 0.6 at least, or nothing tells them."""
 
 AS_GOOD = 8.0
 """Descriptions that are as good as the best but for this cannot be told from it."""
@@ -96,7 +98,8 @@ def doubts(track: Track) -> tuple[str, ...]:
 
 @doubts.register
 def _(track: ArmTrack) -> tuple[str, ...]:
-    described = of_clocks(track) or _of_arm_alone(track) or of_patch_place(track) or _of_elbow(track)
+    # A patch that sits elsewhere looks like another heading, and is told beside it.
+    described = of_clocks(track) or (*_of_arm_alone(track), *of_patch_place(track)) or _of_elbow(track)
     return *of_pauses(track), *of_hanging(track), *_of_jitter(track), *described, *of_upper_arm(track)
 
 

@@ -31,6 +31,7 @@ FOCALS = (0.8, 0.9, 0.95, 1.05, 1.1, 1.2)
 TURNS_DEG = (-10.0, -4.0, -1.5, 1.5, 4.0, 10.0)
 MIRRORED = "the video's left and right"
 DISTANCES_M = (-0.4, -0.2, 0.2, 0.4)
+ALONG_M = (-0.12, -0.06, 0.06, 0.12)
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,9 @@ def _of_camera() -> Iterator[Suspect]:
     for metres in DISTANCES_M:
         words = f"the camera {abs(100 * metres):g} cm {'farther' if metres > 0 else 'nearer'}"
         yield Suspect("camera's distance", words, _cameras(_farther(metres)))
+    for metres in ALONG_M:
+        words = f"the patch {abs(100 * metres):g} cm nearer the {'elbow' if metres > 0 else 'hand'}"
+        yield Suspect("patch_offset_m", words, _cameras(_along(metres)))
     yield Suspect(MIRRORED, "the picture mirrored, as phones film who films themselves", see=_mirrored)
 
 
@@ -172,6 +176,16 @@ def _farther(metres: float) -> Callable[[Camera], Camera]:
     def apply(camera: Camera) -> Camera:
         x, y, z = camera.translation_m
         return dataclasses.replace(camera, translation_m=(x, y, z + metres))
+
+    return apply
+
+
+def _along(metres: float) -> Callable[[Camera], Camera]:
+    """The patch so much nearer the elbow."""
+
+    def apply(camera: Camera) -> Camera:
+        x, y, z = camera.patch_offset_m
+        return dataclasses.replace(camera, patch_offset_m=(x, y + metres, z))
 
     return apply
 
