@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import pytest
@@ -36,3 +37,8 @@ def test_a_report_is_of_a_list_of_tracks(simulation: ArmSimulation, sightings: p
     track = pt.track(simulation.recording(), pt.Ekf(), sightings=sightings)
     with pytest.raises(pt.InputError, match=r"expected a list of them: \[track\]"):
         pt.write_report(track, tmp_path / "out")  # type: ignore[arg-type]
+
+
+def test_every_sensor_of_a_body_says_how_well_it_is_known(body: pt.BodyRecording) -> None:
+    with pytest.raises(pt.InputError, match="imu_sds_rad are 1 for 0 imus, expected one of each"):
+        dataclasses.replace(body, imu_sds_rad=(0.05,))

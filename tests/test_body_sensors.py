@@ -72,7 +72,7 @@ def said_of(recording: pt.BodyRecording, which: int, spoilt: Spoilt) -> list[str
 def test_a_sensor_that_is_set_up_wrong_is_told_by_name(sensed: Path, spoilt: Spoilt, words: str) -> None:
     recording = pt.load(sensed)
     assert isinstance(recording, pt.BodyRecording)
-    recording = dataclasses.replace(recording, imus=recording.imus[:2])
+    recording = dataclasses.replace(recording, imus=recording.imus[:2], imu_sds_rad=recording.imu_sds_rad[:2])
     for which in range(2):
         told = said_of(recording, which, spoilt)
         assert len(told) == 1
@@ -97,7 +97,10 @@ def test_pictures_tell_of_sensors_where_there_are_no_keypoints(sensed: Path) -> 
     recording = pt.load(sensed)
     assert isinstance(recording, pt.BodyRecording)
     recording = dataclasses.replace(
-        recording, view=dataclasses.replace(recording.view, keypoints=None), imus=recording.imus[:2]
+        recording,
+        view=dataclasses.replace(recording.view, keypoints=None),
+        imus=recording.imus[:2],
+        imu_sds_rad=recording.imu_sds_rad[:2],
     )
     for which, spoilt, words in (
         (0, heading(90.0), r"heading_deg turned by -(70|75|80|85|90|95|100|105|110)"),

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from pytracker._core import Observation
+from pytracker._core import InputError, Observation
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.rotation import Array, Triple
@@ -245,6 +245,8 @@ class BodyRecording(Recording):
         poses: the true poses, where there are any `(T, C)`, at the truth's times.
         imus: inertial sensors on the arms, in the body's world.
         imu_sds_rad: how well each tells where its segment points.
+
+    Raises `InputError` where these are not as many as the sensors.
     """
 
     view: BodyView
@@ -255,6 +257,10 @@ class BodyRecording(Recording):
     imu_sds_rad: tuple[float, ...] = ()
 
     kind: ClassVar[str] = "body"
+
+    def __post_init__(self) -> None:
+        if len(self.imu_sds_rad) != len(self.imus):
+            raise InputError(f"imu_sds_rad are {len(self.imu_sds_rad)} for {len(self.imus)} imus, expected one of each")
 
     @property
     def camera(self) -> WeakPerspective | Camera:
