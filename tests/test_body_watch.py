@@ -74,3 +74,15 @@ def test_a_papers_filter_without_blobs_is_said_to_be_blind(sensed: Path) -> None
         pt.BodyPlain(particles=50),
     )
     assert is_said_alike(pt.track(recording, method, 1), streamed(recording, method))
+
+
+def test_a_frame_is_asked_about_once(body: pt.BodyRecording) -> None:
+    method = pt.Partitioned(particles=20)
+    tracker, watch = pt.Tracker(body, method, seed=1), BodyWatch(body, method)
+    frame = next(body.observations())
+    watch.take(frame)
+    estimate = tracker.observe(frame)
+    assert estimate is not None
+    watch.reasons(estimate)
+    with pytest.raises(pt.InputError, match="was not taken, or was asked about"):
+        watch.reasons(estimate)

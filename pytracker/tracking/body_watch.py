@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pytracker._core import KEY_JOINTS, Estimate, Observation
+from pytracker._core import KEY_JOINTS, Estimate, InputError, Observation
 from pytracker.evidence.borne_out import BorneOut
 from pytracker.evidence.cut_off import CutOff
 from pytracker.evidence.followed import followed
@@ -64,8 +64,10 @@ class BodyWatch:
     def reasons(self, estimate: Estimate) -> Words:
         """What speaks against it, by key joint, `""` for the frame; empty where nothing does.
 
-        Estimates are asked about once, in order of time. Raises `KeyError` for one whose frame was not taken.
+        Estimates are asked about once, in order of time. Raises `InputError` for one whose frame was not taken.
         """
+        if estimate.time_s not in self._frames:
+            raise InputError(f"the frame at {estimate.time_s} s was not taken, or was asked about, expected each once")
         evidence = self._frames.pop(estimate.time_s)
         places = {name: estimate.places[name] for name in KEY_JOINTS}
         means = {name: np.asarray(place.mean) for name, place in places.items()}
