@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +13,8 @@ import pytest
 
 import pytracker as pt
 from pytracker.formats.video import frames
-from pytracker.formats.video_steady import camera_moves
+from pytracker.formats.video_steady import CameraMoves, camera_moves
+from pytracker.tracking.camera_moved import MOVED
 
 
 def filmed_anew(video: Path, to: Path, beside_px: Callable[[int], tuple[float, float]]) -> Path:
@@ -52,12 +54,33 @@ def test_a_camera_that_moves_is_told(
 
 def test_a_camera_that_stands_still_is_not(simulated: Path, simulated_body: Path, tmp_path: Path) -> None:
     for folder in (simulated, simulated_body):
-        assert camera_moves(folder / "video.mp4") == ""
+        assert camera_moves(folder / "video.mp4").words == ""
     again = filmed_anew(simulated / "video.mp4", tmp_path / "again.avi", lambda k: (0.0, 0.0))
-    assert camera_moves(again) == ""
+    assert camera_moves(again).words == ""
 
 
 def test_of_people_before_cameras_on_stands_nothing_is_said(shared: Callable[[str], Path]) -> None:
     videos = [*shared("data/people/gestures").glob("*.avi"), *shared("data/video/asl").glob("*.mkv")]
     assert len(videos) > 20
-    assert [video.name for video in videos if camera_moves(video)] == []
+    assert [video.name for video in videos if camera_moves(video).words] == []
+
+
+def test_frames_of_a_camera_that_was_bumped_are_not_valid(simulated: Path, tmp_path: Path) -> None:
+    """They were all valid, as far off as the camera moved, and more."""
+    folder = shutil.copytree(simulated, tmp_path / "moves")
+    filmed_anew(simulated / "video.mp4", folder / "moves.avi", lambda k: (0.0 if k < 40 else 30.0, 0.0))
+    path = folder / "recording.toml"
+    path.write_text(path.read_text("utf-8").replace("video.mp4", "moves.avi"), "utf-8")
+    track = pt.track(pt.load(folder), pt.Smooth(), 1)
+    assert all(MOVED in words for words in track.reason[40:])
+    assert not any(MOVED in words for words in track.reason[:35])
+
+
+def test_nor_are_a_bodys(body: pt.BodyRecording) -> None:
+    """There and back: between two looks it may be as at either."""
+    moves = CameraMoves(time_s=(0.0, 0.5, 1.0, 1.5), moved_px=(0.0, 2.0, 20.0, 2.0), longer_px=320)
+    moved = dataclasses.replace(body, view=dataclasses.replace(body.view, moves=moves))
+    track = pt.track(moved, pt.Partitioned(particles=100), 1)
+    said = np.array([MOVED in words for words in track.reason])
+    assert (said == ((track.time_s > 0.5) & (track.time_s < 1.5))).all()
+    assert not track.valid[said].any()

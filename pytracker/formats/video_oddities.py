@@ -1,4 +1,4 @@
-"""What is odd about a whole video, in words: a camera that moves, frames that are lacking, a piece of a longer one."""
+"""What is odd about a whole video, in words: frames that are lacking, a piece of a longer one."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from pytracker.formats.container import frames_of_avi
 from pytracker.formats.matroska import begins_s
 from pytracker.formats.transport import lacking_bytes, lost_packets
 from pytracker.formats.video import MOST_FRAMES, opened
-from pytracker.formats.video_steady import camera_moves
 
 __all__ = ["video_oddities"]
 
@@ -22,7 +21,7 @@ LATE_S = 0.5
 
 def video_oddities(path: Path, start_s: float) -> list[str]:
     """A word each, of one whose first frame is said to be at `start_s`. Raises `InputError`."""
-    found = (camera_moves(path), _lacks(path), _lost(path), _begins_late(path, start_s))
+    found = (_lacks(path), _lost(path), _begins_late(path, start_s))
     return [f"{path}: {words}" for words in found if words]
 
 

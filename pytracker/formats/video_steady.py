@@ -6,6 +6,7 @@ middle; what moves alike at both edges is the camera.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
@@ -13,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.formats.video import Image, glimpses
+from pytracker.rotation import Array
 
-__all__ = ["camera_moves"]
+__all__ = ["CameraMoves", "camera_moves"]
 
 LOOKS = 8
 """So many frames are looked at, over the whole video."""
@@ -29,23 +31,58 @@ MOST = 0.005
 """Times the longer side: real cameras on stands have 0.0003, and pictures are coded."""
 
 
-def camera_moves(video: Path) -> str:
-    """In words from when on and by how much; empty where it stood still, or nothing tells. Raises `InputError`."""
+@dataclass(frozen=True)
+class CameraMoves:
+    """How far a camera shows everything beside where it did at first, at some times.
+
+    Attributes:
+        time_s: of the video's clock, increasing, the first frame's first.
+        moved_px: by how much, px of the video; 0 where nothing tells.
+        longer_px: the longer side of its pictures.
+    """
+
+    time_s: tuple[float, ...]
+    moved_px: tuple[float, ...]
+    longer_px: int
+
+    @property
+    def words(self) -> str:
+        """From when on and by how much; empty where it stood still."""
+        for time_s, moved_px in zip(self.time_s, self.moved_px, strict=True):
+            if moved_px > MOST * self.longer_px:
+                return (
+                    f"the camera moves: at {time_s:.1f} s what is at both edges of the picture is {moved_px:.0f} px "
+                    "beside where it was at first, and the camera is taken to stand still: everything is off by as "
+                    "much"
+                )
+        return ""
+
+    def are_beside(self, time_s: Array, most_px: float) -> NDArray[np.bool_]:
+        """Which frames, at times `(T,)` of the video's clock, may show everything farther beside than that.
+
+        Between two looks it may be as at either.
+        """
+        is_beside = np.array(self.moved_px) > most_px
+        after = np.searchsorted(self.time_s, time_s, side="left")
+        before = np.searchsorted(self.time_s, time_s, side="right") - 1
+        last = len(is_beside) - 1
+        return np.asarray(is_beside[np.clip(after, 0, last)] | is_beside[np.clip(before, 0, last)])
+
+
+def camera_moves(video: Path) -> CameraMoves:
+    """Looked at in a few frames. Raises `InputError`."""
     looks = glimpses(video, LOOKS)
     image = next(looks).image
-    scale = min(1.0, LONGER_PX / max(image.shape[:2]))
+    longer_px = max(image.shape[:2])
+    scale = min(1.0, LONGER_PX / longer_px)
     first = _small(image, scale)
     found = cv2.goodFeaturesToTrack(first, CORNERS, 0.01, 7)
     corners = np.asarray([] if found is None else found, dtype=np.float32).reshape(-1, 1, 2)
+    time_s, moved_px = [0.0], [0.0]
     for frame in looks if len(corners) else ():
-        moved = _moved(first, _small(frame.image, scale), corners)
-        if moved > MOST * max(first.shape):
-            return (
-                f"the camera moves: at {frame.time_s:.1f} s what is at both edges of the picture is "
-                f"{moved / scale:.0f} px beside where it was at first, and the camera is taken to stand still: "
-                "everything is off by as much"
-            )
-    return ""
+        time_s.append(frame.time_s)
+        moved_px.append(_moved(first, _small(frame.image, scale), corners) / scale)
+    return CameraMoves(tuple(time_s), tuple(moved_px), longer_px)
 
 
 def _small(image: Image, scale: float) -> cv2.typing.MatLike:

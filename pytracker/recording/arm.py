@@ -11,6 +11,7 @@ from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.formats.imu.read import files_of_imu, holds_several
 from pytracker.formats.video_oddities import video_oddities
+from pytracker.formats.video_steady import camera_moves
 from pytracker.formats.video_times import counted
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
 from pytracker.recording.arm_truth import load_truth
@@ -170,6 +171,7 @@ def _view(folder: Path, place: str, entry: CameraEntry, mount: Array, side: str)
     return View(
         camera=camera, video=file, start_s=entry.start_s, patch_box=entry.patch_box,
         patches={str(joint): box for joint, box in entry.patches.items()}, keypoints=keypoints,
+        moves=camera_moves(file),
     )  # fmt: skip
 
 
@@ -211,6 +213,8 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
     for view in views:
         assert view.video is not None
         warnings += video_oddities(view.video, view.start_s)
+        if view.moves is not None and view.moves.words:
+            warnings.append(f"{view.video}: {view.moves.words}")
         info = video.probe(view.video)
         start = view.start_s
         # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.

@@ -122,6 +122,8 @@ def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
     words = []
     if view.video is not None:
         words += video_oddities(view.video, view.start_s)
+        if view.moves is not None and view.moves.words:
+            words.append(f"{view.video}: {view.moves.words}")
     width, height = view.size_px
     if focal_sd >= GUESSED and max(width, height) <= SQUARE * min(width, height):
         words.append(

@@ -9,6 +9,7 @@ import numpy as np
 from pytracker._core import InputError, check_camera
 from pytracker.formats import video
 from pytracker.formats.points import read_points
+from pytracker.formats.video_steady import camera_moves
 from pytracker.formats.video_times import counted
 from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.recording.keypoints import load_keypoints
@@ -59,6 +60,7 @@ def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
     return BodyView(
         camera=camera, video=None if entry.video is None else file, size_px=(info.width, info.height),
         rate_hz=entry.rate_hz or 0.0, start_s=entry.start_s, background=background, fit=fit, keypoints=keypoints,
+        moves=None if entry.video is None else camera_moves(file),
     )  # fmt: skip
 
 

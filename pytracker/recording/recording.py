@@ -15,6 +15,7 @@ import numpy as np
 
 from pytracker._core import InputError, Observation
 from pytracker.formats.keypoints.read import Keypoints
+from pytracker.formats.video_steady import CameraMoves
 from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
 from pytracker.rotation import Array, Triple
 from pytracker.skeleton.skeleton import Skeleton
@@ -69,6 +70,7 @@ class View:
         patch_box: x, y, width, height of the patch in the first frame, px.
         patches: the same of further patches, by the joint that they sit on: `shoulder`, `elbow`.
         keypoints: what a detector found in the video, px, where there is such a file.
+        moves: by how much its camera moves, where that was looked at.
     """
 
     camera: Camera
@@ -77,6 +79,7 @@ class View:
     patch_box: tuple[int, int, int, int] | None = None
     patches: Mapping[str, tuple[int, int, int, int]] = field(default_factory=dict)
     keypoints: Keypoints | None = None
+    moves: CameraMoves | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -139,6 +142,7 @@ class BodyView:
         background: an image without the person; None: the median over the video.
         fit: where the camera was fitted to point pairs.
         keypoints: what a detector found in the video, px, where there is such a file.
+        moves: by how much its camera moves, where that was looked at.
     """
 
     camera: WeakPerspective | Camera
@@ -149,6 +153,7 @@ class BodyView:
     background: Path | None = None
     fit: ProjectionFit | None = None
     keypoints: Keypoints | None = None
+    moves: CameraMoves | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

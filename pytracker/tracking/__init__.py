@@ -11,7 +11,7 @@
 | `foreground` | of a body: whether pose and person are in one place, and the person is told from the rest |
 | `upper_arm`, `body_sensors`, `swivel` | whether sensors point where an arm is, and elbows hang |
 | `clocks`, `pauses` | whether clocks go together, and frames are missing |
-| `alike` | whether patch and sensor move alike |
+| `alike`, `camera_moved` | whether patch and sensor move alike, and the camera stands |
 | `patch_place`, `camera_place` | whether patch and camera are where they are said to be |
 | `found` | what a smoothed recording says of what was measured once |
 """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import ClassVar, cast
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from pytracker.methods.arm import ArmMethod, Mixture
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 from pytracker.tracking.alike import UNLIKE, moves_otherwise
+from pytracker.tracking.camera_moved import MOVED, camera_moved
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
@@ -74,8 +75,8 @@ def track_arm(
     try:
         found = filter_arm(recording, method, seed, sightings=sightings, progress=progress, threads=threads)
     except TrackingError as error:
-        if isinstance(error.track, ArmTrack):
-            error.track = _judged(error.track)
+        if error.track is not None:
+            error.track = _judged(cast("ArmTrack", error.track))
         raise
     return _judged(found)
 
@@ -153,13 +154,16 @@ def _assemble(
 
 
 def _judged(track: ArmTrack) -> ArmTrack:
-    """The same, frames not valid in which the patch that the method follows moves otherwise than the sensor."""
+    """The same, by what the whole alone shows: a camera that moved, a patch that moves otherwise than the sensor."""
     if not track.method.follows_patch:
         return track
+    wrist_m = track.joints["wrist"].mean
     is_worn = isinstance(track.method, Mixture)
     turn_rad = np.nanmean(track.state_mean[:, TURN], axis=0) if is_worn else np.zeros(3)
+    has_moved = [camera_moved(view, track.time_s, wrist_m) for view in track.recording.views]
+    otherwise = moves_otherwise(track.recording, track.sightings, wrist_m, turn_rad)
     reason = list(track.reason)
-    otherwise = moves_otherwise(track.recording, track.sightings, track.joints["wrist"].mean, turn_rad)
-    for frame in np.flatnonzero(otherwise):
-        reason[frame] = f"{reason[frame]}; {UNLIKE}" if reason[frame] else UNLIKE
-    return replace(track, reason=tuple(reason), valid=track.valid & ~otherwise)
+    for why, is_so in ((MOVED, np.any(has_moved, axis=0)), (UNLIKE, otherwise)):
+        for frame in np.flatnonzero(is_so):
+            reason[frame] = f"{reason[frame]}; {why}" if reason[frame] else why
+    return replace(track, reason=tuple(reason), valid=np.array([not words for words in reason]))

@@ -24,6 +24,7 @@ from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 from pytracker.tracking.body_watch import NO_BLOB, PictureWatch, PointsWatch, Words, is_blob_bound, together
+from pytracker.tracking.camera_moved import MOVED, camera_moved
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
 
@@ -208,13 +209,19 @@ def track_body(
     return track
 
 
-def _reasons(method: BodyMethod, watched: _Watched, found: Followed, blobs: Array) -> list[Words]:
+def _reasons(
+    recording: BodyRecording, method: BodyMethod, watched: _Watched, found: Followed, blobs: Array
+) -> list[Words]:
     """Why joints of a frame are not to be believed, by joint, `""` for the frame; empty where they are."""
     seen = watched.reasons(found.table)
     if watched.on_person and is_blob_bound(method):
         blind = [not np.isfinite(row).any() for row in blobs]
         seen = [words or ({"": NO_BLOB} if none else {}) for words, none in zip(seen, blind, strict=True)]
-    said = [together(words, {"": str(doubt)}) for words, doubt in zip(seen, found.table["doubt"], strict=True)]
+    has_moved = camera_moved(recording.view, found.time_s[: found.tracked], found.table["root"][:, 0])
+    said = [
+        together(words, {"": str(doubt)}, {"": MOVED if moved else ""})
+        for words, doubt, moved in zip(seen, found.table["doubt"], has_moved, strict=True)
+    ]
     return said + [{"": "the track was lost before"}] * (found.count - found.tracked)
 
 
@@ -235,7 +242,7 @@ def _assemble(
 ) -> BodyTrack:
     """Rows for every frame: those that were not tracked hold NaN and a reason."""
     angles, blobs = found.rows(found.table["state"]), found.rows(found.table["blobs"])
-    said = _reasons(method, watched, found, blobs[: found.tracked])
+    said = _reasons(recording, method, watched, found, blobs[: found.tracked])
     of_joint = {joint: tuple(words.get(joint) or words.get("", "") for words in said) for joint in KEY_JOINTS}
     return BodyTrack(
         method=method,
