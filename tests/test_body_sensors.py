@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -143,3 +144,14 @@ def test_where_no_keypoint_or_no_place_before_the_camera_is_nothing_is_told(sens
         dataclasses.replace(track, points=np.zeros((0, 9, 3))),
     ):
         assert of_sensors(one) == ()
+
+
+def test_a_sensor_that_ends_before_the_frames_is_told(sensed: Path, tmp_path: Path) -> None:
+    """Of a third of a second in eight nothing was said, and `check` called it right."""
+    folder = shutil.copytree(sensed, tmp_path / "ends")
+    file = folder / "left_forearm.csv"
+    lines = file.read_text("utf-8").splitlines(keepends=True)
+    file.write_text("".join(lines[: len(lines) // 3]), "utf-8")
+    (said,) = (words for words in pt.load(folder).warnings if "is tracked without it" in words)
+    assert re.search(r"imu\[\d\] ends at \d", said)
+    assert not any("is tracked without it" in words for words in pt.load(sensed).warnings)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import replace
 from pathlib import Path
 
@@ -86,3 +87,20 @@ def test_a_frame_is_asked_about_once(body: pt.BodyRecording) -> None:
     watch.reasons(estimate)
     with pytest.raises(pt.InputError, match="was not taken, or was asked about"):
         watch.reasons(estimate)
+    with pytest.raises(pt.InputError, match="Layered tracks a recording of kind 'arm'"):
+        BodyWatch(body, pt.Layered())  # type: ignore[arg-type]
+
+
+def test_frames_that_nobody_asks_about_are_not_kept(body: pt.BodyRecording) -> None:
+    """A viewer that asked about every tenth kept all pictures."""
+    method = pt.Partitioned(particles=20)
+    tracker, watch = pt.Tracker(body, method, seed=1), BodyWatch(body, method)
+    frames = []
+    for k, frame in enumerate(body.observations()):
+        frames.append(weakref.ref(frame.evidence))
+        watch.take(frame)
+        estimate = tracker.observe(frame)
+        if estimate is not None and k % 10 == 9:
+            watch.reasons(estimate)
+            del frame
+            assert sum(kept() is not None for kept in frames) <= 3

@@ -16,7 +16,7 @@ from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video_oddities import video_oddities
 from pytracker.formats.video_times import counted
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
-from pytracker.recording.body_view import view_of
+from pytracker.recording.body_view import end_of, view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
@@ -34,6 +34,8 @@ __all__ = ["load_body", "skeleton_of"]
 MOST = 1000.0
 """No angle in degrees and no place in metres is larger."""
 
+ENDS_S = 0.5
+"""A sensor that ends so much before the frames is told of."""
 MOUNT_SD_DEG = 3.0
 """How well a sensor's mount is known where the recording does not say."""
 
@@ -56,7 +58,7 @@ def load_body(folder: Path, path: Path, entry: BodyFile) -> BodyRecording:
     _check_in_view(path, skeleton, initial, view)
     view, said = _detected(folder, camera_entry.keypoints, view)
     warnings += said
-    imus, said = _imus(folder, path, entry.imu, skeleton, initial, view.start_s)
+    imus, said = _imus(folder, path, entry.imu, skeleton, initial, view)
     warnings += said
     if truth is not None and entry.truth is not None:
         warnings += uncovered_by_truth(folder / entry.truth.file, truth, view)
@@ -154,11 +156,12 @@ def skeleton_of(folder: Path, path: Path, entry: SkeletonEntry) -> tuple[Skeleto
 
 
 def _imus(
-    folder: Path, path: Path, entries: tuple[ImuEntry, ...], skeleton: Skeleton, initial: Array, first_s: float
+    folder: Path, path: Path, entries: tuple[ImuEntry, ...], skeleton: Skeleton, initial: Array, view: BodyView
 ) -> tuple[tuple[Imu, ...], tuple[str, ...]]:
     """Sensors on the arms, turned to the body's world and to its first pose; and what is odd about them."""
     imus: list[Imu] = []
     warnings: list[str] = []
+    first_s, end_s = view.start_s, end_of(view) if entries else view.start_s
     for k, entry in enumerate(entries):
         place = f"{path}: imu[{k}]"
         imu, said = load_imu(folder, place, entry, ARM_SEGMENTS, needs_heading=False)
@@ -173,6 +176,11 @@ def _imus(
         q = aligned(place, imu, entry.heading_deg is not None, skeleton, initial, first_s)
         imus.append(dataclasses.replace(imu, q_world_segment=q))
         warnings += said
+        if imu.time_s[-1] < end_s - ENDS_S:
+            warnings.append(
+                f"{place} ends at {imu.time_s[-1]:.3f} s of recording time and the frames at {end_s:.3f} s: from there "
+                "on its segment is tracked without it"
+            )
     return tuple(imus), tuple(warnings)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pytracker._core import KEY_JOINTS, InputError
 from pytracker.formats.amc import read_amc
+from pytracker.recording.body_view import end_of
 from pytracker.recording.recording import BodyView, Truth
 from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth import POINT_FORMATS, load_points, uncovered, uncovered_between
@@ -78,9 +79,7 @@ def uncovered_by_truth(file: Path, truth: Truth, view: BodyView) -> tuple[str, .
     """A word where the truth of `file` covers only a part of the frames. Raises `InputError` where it covers none."""
     if view.video is not None:
         return uncovered(file, truth, view.video, view.start_s)
-    assert view.keypoints is not None
-    end_s = view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz
-    return uncovered_between(file, truth, "the keypoints", view.start_s, end_s)
+    return uncovered_between(file, truth, "the keypoints", view.start_s, end_of(view))
 
 
 def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> None:

@@ -17,7 +17,7 @@ from pytracker.recording.projection import camera_of, fit_weak_perspective
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry
 
-__all__ = ["rate_of", "view_of"]
+__all__ = ["end_of", "rate_of", "view_of"]
 
 POOR_FIT_PX = 15.0
 """A weak-perspective fit worse than this is no fit."""
@@ -133,6 +133,15 @@ def _pinhole(path: Path, entry: BodyCameraEntry) -> Camera:
     except InputError as error:
         raise InputError(f"{path}: camera[0]: {error}") from None
     return camera
+
+
+def end_of(view: BodyView) -> float:
+    """Recording time at which its video, or its keypoints alone, end, s; as a container promises it."""
+    if view.video is None:
+        assert view.keypoints is not None
+        return view.start_s + (int(view.keypoints.frames[-1]) + 1) / view.rate_hz
+    info = video.probe(view.video)
+    return view.start_s + (info.frame_count / info.rate_hz if info.rate_hz else 0.0)
 
 
 def rate_of(view: BodyView) -> float:

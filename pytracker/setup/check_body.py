@@ -82,9 +82,10 @@ def _pitched(draft: Draft, skeleton: Skeleton, view: BodyView, found: list[Findi
     if abs(pitch) > STEEPEST:
         words = (
             f"the person seems to lean by {abs(np.degrees(pitch)):.0f}° in the first frame, or the camera looks down "
-            "so steeply: it is taken to be level, give camera.rotation where it is not"
+            "so steeply, or the picture is stretched (are its pixels square?): it is taken to be level, give "
+            "camera.rotation where it is not"
         )
-        found.append(Finding("camera's pitch", "cannot be told", words))
+        found.append(Finding("camera's pitch", "doubtful", words))
         return view
     words = (
         f"looks {'down' if pitch > 0 else 'up'} by about {abs(np.degrees(pitch)):.0f}°, if the person stands upright "

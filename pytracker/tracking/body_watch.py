@@ -24,6 +24,7 @@ from pytracker.evidence.trunk import TrunkSeen
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
+from pytracker.tracking.fits import check_fits
 
 __all__ = ["NO_BLOB", "BodyWatch", "PictureWatch", "PointsWatch", "Words", "is_blob_bound", "together"]
 
@@ -47,9 +48,12 @@ class BodyWatch:
     Args:
         recording: what the tracker was set up by.
         method: the tracker's.
+
+    Raises `InputError` where the method cannot track the recording.
     """
 
     def __init__(self, recording: BodyRecording, method: BodyMethod) -> None:
+        check_fits(recording, method)
         self._recording = recording
         self._asks_blobs = recording.has_picture and is_blob_bound(method)
         self._points = PointsWatch(recording)
@@ -57,7 +61,7 @@ class BodyWatch:
         self._frames: dict[float, Any] = {}
 
     def take(self, observation: Observation) -> None:
-        """Take what the tracker is given; a frame is kept until its estimate is asked about."""
+        """Take what the tracker is given; a frame is kept until its estimate, or a later one, is asked about."""
         if observation.is_frame:
             self._frames[observation.time_s] = observation.evidence
 
@@ -68,7 +72,8 @@ class BodyWatch:
         """
         if estimate.time_s not in self._frames:
             raise InputError(f"the frame at {estimate.time_s} s was not taken, or was asked about, expected each once")
-        evidence = self._frames.pop(estimate.time_s)
+        evidence = self._frames[estimate.time_s]
+        self._frames = {time_s: later for time_s, later in self._frames.items() if time_s > estimate.time_s}
         places = {name: estimate.places[name] for name in KEY_JOINTS}
         means = {name: np.asarray(place.mean) for name, place in places.items()}
         sds = {name: np.asarray(place.sd) for name, place in places.items()}
