@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import statistics
 from collections import deque
 
 import numpy as np
@@ -53,11 +55,11 @@ class AtFirst:
 def mean_of_known(rows: Array) -> Array:
     """Column by column of `(T, K)`, of what is known; NaN where nothing is."""
     known = np.isfinite(rows)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.where(known, rows, 0.0).sum(axis=0) / known.sum(axis=0))
+    counts = known.sum(axis=0)
+    return np.asarray(np.where(counts > 0, np.where(known, rows, 0.0).sum(axis=0) / np.maximum(counts, 1), np.nan))
 
 
 def median_of_known(rows: Array) -> Array:
     """The same, of which one wild row says nothing."""
-    known = np.isfinite(rows)
-    return np.array([np.median(rows[of, k]) if (of := known[:, k]).any() else np.nan for k in range(rows.shape[1])])
+    columns = ([value for value in column if math.isfinite(value)] for column in rows.T.tolist())
+    return np.array([statistics.median(known) if known else math.nan for known in columns])
