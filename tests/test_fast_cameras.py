@@ -43,3 +43,32 @@ def test_as_many_frames_say_something_new_as_of_a_usual_camera() -> None:
         sightings = pt.Sightings.of(time_s, np.zeros((len(time_s), 2)))
         assert len(sightings.first(1000).time_s) == expected
         assert len(sightings.first(50).time_s) == 50
+
+
+def test_cameras_that_take_turns_are_all_heard() -> None:
+    time_s = np.arange(600) / 60.0
+    pixels = np.full((600, 2, 2), np.nan)
+    pixels[::2, 0] = pixels[1::2, 1] = 100.0
+    pixels[590:] = np.nan
+    few = pt.Sightings.of(time_s, pixels).first(10_000)
+    assert np.isfinite(few.pixels[..., 0]).sum(axis=0).tolist() == [295, 295]
+    assert len(few.time_s) == 595
+
+
+def test_two_cameras_that_take_turns_track_better_than_one() -> None:
+    """Each of 30 frames/s, half a frame apart: neither is left out."""
+    simulation = ArmSimulation(pt.ArmScene(worn=True, cameras=2, frame_rate_hz=60.0, duration_s=10.0), 2)
+    recording, pixels = simulation.recording(), simulation.sightings(2.0)
+    in_turn, alone = pixels.copy(), pixels.copy()
+    in_turn[1::2, 0] = in_turn[::2, 1] = np.nan
+    alone[:, 1] = np.nan
+    both_m, one_m = (
+        pt.evaluate(
+            pt.track(recording, pt.Smooth(), 1, sightings=pt.Sightings.of(simulation.frame_time_s, seen)),
+            recording.truth,
+        )
+        .joints["wrist"]
+        .rms_m
+        for seen in (in_turn, alone)
+    )
+    assert both_m < 0.6 * one_m

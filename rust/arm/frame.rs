@@ -18,17 +18,29 @@ use serde::{Deserialize, Serialize};
 pub const NEWS_S: f64 = 0.03;
 
 /// Which frames a worn arm's filter is corrected by.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct News {
+    /// When each camera last said something new, and when anything did.
+    of_camera_s: Vec<Option<f64>>,
     last_s: Option<f64>,
 }
 
 impl News {
-    /// Whether a frame, each later than the one before, says something new: some 30 in a second do, however many there are.
-    pub fn is_new(&mut self, time_s: f64) -> bool {
-        let is_new = self.last_s.is_none_or(|last_s| time_s - last_s >= NEWS_S);
+    /// Whether a frame, each later than the one before, says something new, of these cameras or, where none saw the patch, at
+    /// all: some 30 in a second of each camera do, however many there are.
+    pub fn is_new(&mut self, time_s: f64, cameras: impl Iterator<Item = usize> + Clone) -> bool {
+        let is_due = |last_s: Option<f64>| last_s.is_none_or(|last_s| time_s - last_s >= NEWS_S);
+        let of_camera = |camera: usize| self.of_camera_s.get(camera).copied().flatten();
+        let is_new = match cameras.clone().next() {
+            Some(_) => cameras.clone().any(|camera| is_due(of_camera(camera))),
+            None => is_due(self.last_s),
+        };
         if is_new {
             self.last_s = Some(time_s);
+            for camera in cameras {
+                self.of_camera_s.resize(self.of_camera_s.len().max(camera + 1), None);
+                self.of_camera_s[camera] = Some(time_s);
+            }
         }
         is_new
     }
@@ -113,8 +125,23 @@ mod tests {
             [(12.0, 12), (25.0, 25), (30.0, 30), (50.0, 25), (60.0, 30), (120.0, 30), (240.0, 30)]
         {
             let mut news = News::default();
-            let count = (0..(10.0 * rate_hz) as u32).filter(|k| news.is_new(f64::from(*k) / rate_hz)).count();
+            let frames = 0..(10.0 * rate_hz) as u32;
+            let count = frames.filter(|k| news.is_new(f64::from(*k) / rate_hz, std::iter::once(0))).count();
             assert_eq!(count, 10 * expected, "{rate_hz}");
         }
+    }
+
+    #[test]
+    fn cameras_that_take_turns_are_all_heard() {
+        let mut news = News::default();
+        let mut heard = [0, 0];
+        for k in 0..60_u32 {
+            let camera = (k % 2) as usize;
+            heard[camera] += usize::from(news.is_new(f64::from(k) / 60.0, std::iter::once(camera)));
+        }
+        assert_eq!(heard, [30, 30]);
+        // Between them a frame without the patch is none.
+        assert!(!news.is_new(59.5 / 60.0, std::iter::empty()));
+        assert!(news.is_new(62.0 / 60.0, std::iter::empty()));
     }
 }

@@ -75,7 +75,8 @@ impl ArmMixture {
     /// An estimate from components over the same state.
     pub(super) fn of_components(&self, components: Vec<Component>, posed: &Posed<'_>, time_s: f64) -> Estimate {
         let layout = Layout::new(posed.noise);
-        let of = Self { layout, cues: Vec::new(), most: self.most, state: Mixture::of(components), news: self.news };
+        let of =
+            Self { layout, cues: Vec::new(), most: self.most, state: Mixture::of(components), news: News::default() };
         of.summary(posed, time_s, None)
     }
 
@@ -119,7 +120,7 @@ impl ArmMixture {
     pub fn update(&mut self, arm: &Arm, noise: &Noise, frame: &Frame<'_>) -> Result<Estimate> {
         self.predict(frame.worn.as_ref(), noise);
         let posed = Posed::new(self.layout, arm, noise, frame.moment());
-        if !self.news.is_new(frame.time_s) {
+        if !self.news.is_new(frame.time_s, frame.sightings.iter().map(|sighting| sighting.camera)) {
             return Ok(self.summary(&posed, frame.time_s, None));
         }
         let mut evidence = None;

@@ -218,6 +218,7 @@ impl<'a> Recorded<'a> {
                 timeline.take(sample, noise)?;
             }
             timeline.reach_frame(time_s, noise)?;
+            let cameras = frame.pixels.iter().enumerate().filter_map(|(camera, pixel)| pixel.map(|_| camera));
             let start = match &frame.start {
                 Some(Gaussian { mean, covariance }) => {
                     let mut known = DMatrix::from_diagonal(&sd.component_mul(&sd));
@@ -237,7 +238,7 @@ impl<'a> Recorded<'a> {
                 world_sensor: timeline.world_sensor(noise),
                 stale_s: timeline.stale_s(noise),
                 is_rest: timeline.is_rest(noise),
-                is_new: news.is_new(frame.time_s),
+                is_new: news.is_new(frame.time_s, cameras),
                 pixels: &frame.pixels,
                 landmarks: &frame.landmarks,
                 // Whether it says something does not depend on the delay: they are compared by all that is measured.
