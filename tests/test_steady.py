@@ -84,3 +84,17 @@ def test_nor_are_a_bodys(body: pt.BodyRecording) -> None:
     said = np.array([MOVED in words for words in track.reason])
     assert (said == ((track.time_s > 0.5) & (track.time_s < 1.5))).all()
     assert not track.valid[said].any()
+
+
+def test_what_is_not_told_in_words_makes_no_frame_invalid() -> None:
+    """A person who is small in a large picture: 3 cm are less than what is told at all."""
+    moves = CameraMoves(time_s=(0.0, 1.0, 2.0), moved_px=(0.0, 5.0, 12.0), longer_px=1920)
+    assert moves.are_beside(np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.0]), 2.0).tolist() == [
+        False,
+        False,
+        False,
+        True,
+        True,
+        True,
+    ]
+    assert "at 2.0 s" in moves.words

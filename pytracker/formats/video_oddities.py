@@ -1,4 +1,4 @@
-"""What is odd about a whole video, in words: frames that are lacking, a piece of a longer one."""
+"""What is odd about a whole video, in words: a camera that moves, frames that are lacking, a piece of a longer one."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pytracker.formats.container import frames_of_avi
 from pytracker.formats.matroska import begins_s
 from pytracker.formats.transport import lacking_bytes, lost_packets
 from pytracker.formats.video import MOST_FRAMES, opened
+from pytracker.formats.video_steady import CameraMoves
 
 __all__ = ["video_oddities"]
 
@@ -19,9 +20,12 @@ LATE_S = 0.5
 """A container's first frame may be that much after 0, s, as where the sound began first."""
 
 
-def video_oddities(path: Path, start_s: float) -> list[str]:
-    """A word each, of one whose first frame is said to be at `start_s`. Raises `InputError`."""
-    found = (_lacks(path), _lost(path), _begins_late(path, start_s))
+def video_oddities(path: Path, start_s: float, moves: CameraMoves | None = None) -> list[str]:
+    """A word each, of one whose first frame is said to be at `start_s`. Raises `InputError`.
+
+    `moves` is what was seen of its camera.
+    """
+    found = ("" if moves is None else moves.words, _lacks(path), _lost(path), _begins_late(path, start_s))
     return [f"{path}: {words}" for words in found if words]
 
 

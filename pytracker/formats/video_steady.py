@@ -46,10 +46,15 @@ class CameraMoves:
     longer_px: int
 
     @property
+    def least_px(self) -> float:
+        """Less than this is no movement: how well that is told at all."""
+        return MOST * self.longer_px
+
+    @property
     def words(self) -> str:
         """From when on and by how much; empty where it stood still."""
         for time_s, moved_px in zip(self.time_s, self.moved_px, strict=True):
-            if moved_px > MOST * self.longer_px:
+            if moved_px > self.least_px:
                 return (
                     f"the camera moves: at {time_s:.1f} s what is at both edges of the picture is {moved_px:.0f} px "
                     "beside where it was at first, and the camera is taken to stand still: everything is off by as "
@@ -60,9 +65,9 @@ class CameraMoves:
     def are_beside(self, time_s: Array, most_px: float) -> NDArray[np.bool_]:
         """Which frames, at times `(T,)` of the video's clock, may show everything farther beside than that.
 
-        Between two looks it may be as at either.
+        Between two looks it may be as at either; what is not told in words is none.
         """
-        is_beside = np.array(self.moved_px) > most_px
+        is_beside = np.array(self.moved_px) > max(most_px, self.least_px)
         after = np.searchsorted(self.time_s, time_s, side="left")
         before = np.searchsorted(self.time_s, time_s, side="right") - 1
         last = len(is_beside) - 1

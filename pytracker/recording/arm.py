@@ -212,9 +212,7 @@ def _check_overlap(views: tuple[View, ...], imu: Imu) -> list[str]:
     spans: list[tuple[float, float]] = []
     for view in views:
         assert view.video is not None
-        warnings += video_oddities(view.video, view.start_s)
-        if view.moves is not None and view.moves.words:
-            warnings.append(f"{view.video}: {view.moves.words}")
+        warnings += video_oddities(view.video, view.start_s, view.moves)
         info = video.probe(view.video)
         start = view.start_s
         # The promised length is only an estimate: it is used to tell recordings apart, not to trim them.

@@ -33,9 +33,9 @@ __all__ = ["load_body", "skeleton_of"]
 
 MOST = 1000.0
 """No angle in degrees and no place in metres is larger."""
-
 ENDS_S = 0.5
 """A sensor that ends so much before the frames is told of."""
+
 MOUNT_SD_DEG = 3.0
 """How well a sensor's mount is known where the recording does not say."""
 
@@ -123,9 +123,7 @@ def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
     """Words on a camera that moves, one whose focal length is guessed of a cut picture, and one of another size."""
     words = []
     if view.video is not None:
-        words += video_oddities(view.video, view.start_s)
-        if view.moves is not None and view.moves.words:
-            words.append(f"{view.video}: {view.moves.words}")
+        words += video_oddities(view.video, view.start_s, view.moves)
     width, height = view.size_px
     if focal_sd >= GUESSED and max(width, height) <= SQUARE * min(width, height):
         words.append(
@@ -161,12 +159,12 @@ def _imus(
     """Sensors on the arms, turned to the body's world and to its first pose; and what is odd about them."""
     imus: list[Imu] = []
     warnings: list[str] = []
-    first_s, end_s = view.start_s, end_of(view) if entries else view.start_s
     for k, entry in enumerate(entries):
         place = f"{path}: imu[{k}]"
         imu, said = load_imu(folder, place, entry, ARM_SEGMENTS, needs_heading=False)
         if any(other.segment == imu.segment for other in imus):
             raise InputError(f"{place}.segment is {imu.segment!r}, worn by another sensor too, expected one each")
+        first_s, end_s = view.start_s, end_of(view)
         if not imu.time_s[0] <= first_s <= imu.time_s[-1]:
             raise InputError(
                 f"{place} covers {imu.time_s[0]:.3f} to {imu.time_s[-1]:.3f} s of recording time, expected it to cover "

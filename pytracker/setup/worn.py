@@ -242,12 +242,8 @@ def _held(recording: ArmRecording, sightings: Sightings) -> ArmTrack | None:
     """The track, or what there is of it where the filter was lost."""
     try:
         return filter_arm(recording, HELD, sightings=sightings)
-    except InputError:
+    except (InputError, TrackingError):
         return None
-    except TrackingError as error:
-        lost = error.track
-    assert lost is None or isinstance(lost, ArmTrack)
-    return lost
 
 
 def _best(worn: Iterable[Worn], most: int) -> list[Worn]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import ClassVar, cast
+from typing import ClassVar
 
 import numpy as np
 
@@ -72,13 +72,12 @@ def track_arm(
     Raises `InputError` for what cannot be used, and `TrackingError`, naming the frame, when the track is lost
     beyond recovery; its `track` attribute then holds the frames before, where there are any.
     """
-    try:
-        found = filter_arm(recording, method, seed, sightings=sightings, progress=progress, threads=threads)
-    except TrackingError as error:
-        if error.track is not None:
-            error.track = _judged(cast("ArmTrack", error.track))
-        raise
-    return _judged(found)
+    track = _judged(filter_arm(recording, method, seed, sightings=sightings, progress=progress, threads=threads))
+    if track.lost:
+        loss = TrackingError(track.lost)
+        loss.track = track
+        raise loss
+    return track
 
 
 def filter_arm(
@@ -90,7 +89,11 @@ def filter_arm(
     progress: Progress | None = None,
     threads: int | None = None,
 ) -> ArmTrack:
-    """The same, of which the core alone has judged what frames are worth: for who tries many descriptions of one."""
+    """The same, of which the core alone has judged what frames are worth: for who tries many descriptions of one.
+
+    Where it is lost beyond recovery, the track is what there was before, and says why (`lost`); `TrackingError` is
+    raised where that is nothing.
+    """
     began = time.perf_counter()
     method = method.known_by(recording.spreads)
     if sightings is None:
@@ -104,12 +107,7 @@ def filter_arm(
     found = follow(tracker, source, at_once=at_once, progress=progress, threads=threads)
     found.table |= smoothed(tracker, found.tracked, progress, threads)
     stage_s = {"evidence": seen - began, "filter": time.perf_counter() - seen}
-    result = _assemble(recording, method, seed, sightings, found, stage_s)
-    if found.lost:
-        error = TrackingError(found.lost)
-        error.track = result
-        raise error
-    return result
+    return _assemble(recording, method, seed, sightings, found, stage_s)
 
 
 def _assemble(

@@ -110,9 +110,10 @@ def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
     if found or not isinstance(track.method, Smooth) or recording is track.recording:
         return found or _of_setup(track)
     try:
-        return _of_setup(filter_arm(recording, track.method, track.seed, sightings=sightings))
+        alone = filter_arm(recording, track.method, track.seed, sightings=sightings)
     except TrackingError:
         return ()
+    return () if alone.lost else _of_setup(alone)
 
 
 def _of_jitter(track: ArmTrack) -> tuple[str, ...]:
@@ -200,16 +201,14 @@ def _gain(better: Array) -> float:
 def _log_evidence(recording: ArmRecording, sightings: Sightings, method: ArmMethod) -> Array:
     """Of every frame `(T,)`; NaN where there is none, as bad as can be once the filter was lost."""
     found = np.full(len(sightings.time_s), np.nan)
-    track: Track
     try:
         track = filter_arm(recording, method, sightings=sightings)
     except InputError:
         return found
-    except TrackingError as error:
+    except TrackingError:
+        return np.full(len(found), LOST)
+    if track.lost:
         found[:] = LOST
-        if error.track is None:
-            return found
-        track = error.track
     known = np.isfinite(track.log_evidence)
     found[known] = track.log_evidence[known]
     found[_beside_sensor(recording.imus[0].time_s, sightings.time_s)] = np.nan
