@@ -1,6 +1,6 @@
 """Arms of real people by their captured joints, with sensors that are simulated as worn: real movement, real shoulders.
 
-`python tests/captured_arm.py` prints the README's table. Tuned on `TUNED`; `KEPT` was kept back.
+`python tests/captured_arm.py` prints the table of docs/accuracy.md. Tuned on `TUNED`; `KEPT` was kept back.
 """
 
 from __future__ import annotations

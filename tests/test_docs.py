@@ -12,6 +12,17 @@ from urllib.parse import unquote
 
 import pytest
 
+from pytracker.recording.schema import (
+    ArmEntry,
+    BodyCameraEntry,
+    CameraEntry,
+    ImuEntry,
+    InitialEntry,
+    SkeletonEntry,
+    TruthEntry,
+    read_recording_file,
+)
+
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")] + sorted(
     (ROOT / "docs").glob("*.md")
@@ -49,6 +60,28 @@ def test_an_example_runs(
     assert f"python docs/examples/{example.name}" in example.read_text("utf-8").split('"""')[1]
 
 
+def recordings(page: str) -> list[str]:
+    """Every `recording.toml` that a page shows."""
+    blocks = re.findall(r"```toml\n(.*?)```", (ROOT / page).read_text("utf-8"), re.DOTALL)
+    return [block for block in blocks if "kind =" in block]
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/recording.md"])
+def test_recordings_that_are_shown_are_such(page: str, tmp_path: Path) -> None:
+    shown = recordings(page)
+    assert len(shown) == 2
+    for text in shown:
+        (tmp_path / "recording.toml").write_text(text, "utf-8")
+        assert f'kind = "{read_recording_file(tmp_path / "recording.toml").kind}"' in text
+
+
+def test_every_key_is_in_the_page_of_recordings() -> None:
+    page = (ROOT / "docs" / "recording.md").read_text("utf-8")
+    entries = (ArmEntry, BodyCameraEntry, CameraEntry, ImuEntry, InitialEntry, SkeletonEntry, TruthEntry)
+    keys = {key for entry in entries for key in entry.model_fields}
+    assert not [key for key in sorted(keys) if not re.search(rf"\b{key}\b", page)]
+
+
 def test_every_example_is_in_the_guide() -> None:
     guide = (ROOT / "docs" / "guide.md").read_text("utf-8")
     for example in (ROOT / "docs" / "examples").glob("*.*"):
@@ -80,7 +113,9 @@ def test_the_site_has_no_dead_links(tmp_path: Path) -> None:
     pages = {page: Links() for page in [*tmp_path.glob("*.html"), *tmp_path.glob("examples/*.html")]}
     for page, links in pages.items():
         links.feed(page.read_text("utf-8"))
-    assert {"index.html", "guide.html", "faults.html"} <= {page.name for page in pages}
+    assert {"index.html", "guide.html", "recording.html", "accuracy.html", "faults.html"} <= {
+        page.name for page in pages
+    }
     assert "PatchTracker" in (tmp_path / "api" / "pytracker" / "evidence.html").read_text("utf-8")
     for page, links in pages.items():
         # The page of what is not found is for a site at the root of its host.

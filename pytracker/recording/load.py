@@ -19,7 +19,7 @@ LOADERS: Mapping[str, Callable[..., ArmRecording | BodyRecording]] = {"arm": loa
 
 
 def load(folder: Path | str) -> ArmRecording | BodyRecording:
-    """Read the recording in `folder` (see README for what a folder holds).
+    """Read the recording in `folder` (`docs/recording.md` says what one holds).
 
     Everything that would give a wrong answer raises `InputError` naming file, line or key, value and expectation;
     what is odd but usable is in `Recording.warnings`, with files named relative to the folder.
