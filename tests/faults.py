@@ -18,7 +18,7 @@ import numpy as np
 from fault_kinds import faults
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 from pytracker.simulate import ArmSimulation
 from pytracker.tracking.doubts import unbelieved
 
@@ -38,7 +38,7 @@ def judged(folder: Path, sightings: pt.Sightings | None, truth: pt.Truth | None)
         assert isinstance(recording, pt.ArmRecording)
         if recording.warnings:
             return "told before", np.nan, np.nan, recording.warnings[0]
-        seen = sightings if sightings is not None else sight(recording)
+        seen = sightings if sightings is not None else sightings_of(recording)
         track = pt.track(recording, pt.Smooth(), 1, sightings=seen)
     except pt.InputError as error:
         return "told before", np.nan, np.nan, str(error)
@@ -86,7 +86,7 @@ def of_recording(name: str, folder: Path) -> tuple[float, list[Row]]:
     """Every fault on one recording; first the error of the right one."""
     right = pt.load(folder)
     assert isinstance(right, pt.ArmRecording)
-    sightings = sight(right)
+    sightings = sightings_of(right)
     verdict, error, _, words = judged(folder, sightings, None)
     if verdict:
         raise SystemExit(f"{name}: something is said of the right recording: {words}")

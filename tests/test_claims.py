@@ -15,7 +15,7 @@ from conftest import load_arm
 from scipy.io import loadmat
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 from pytracker.methods.arm import ArmMethod
 from pytracker.rotation import multiply, rotation_vector_to_quaternion, triple
 from pytracker.simulate import ArmSimulation
@@ -99,7 +99,7 @@ def test_the_constraint_is_what_helps() -> None:
 @pytest.fixture(scope="module")
 def arm_circle(shared: Callable[[str], Path]) -> tuple[pt.ArmRecording, pt.Sightings]:
     recording = load_arm(shared("recordings/arm-circle"))
-    return recording, sight(recording)
+    return recording, sightings_of(recording)
 
 
 def test_arm_circle_patch(arm_circle: tuple[pt.ArmRecording, pt.Sightings]) -> None:

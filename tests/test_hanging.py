@@ -11,7 +11,7 @@ import pytest
 from conftest import load_arm
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 from pytracker.evidence.camshift import REPEATS, PatchTrack
 from pytracker.evidence.hanging import HANGS, LIES_STILL, without_hanging, without_standing
 from pytracker.formats.video import frames
@@ -114,7 +114,7 @@ def test_a_video_that_hangs_is_told_and_does_no_harm(tmp_path: Path) -> None:
         writer.write(shown)
     writer.release()
     hung = load_arm(folder)
-    sightings = sight(hung)
+    sightings = sightings_of(hung)
     assert sum(words == HANGS for words in sightings.tracks[0].reason) >= 27
     track = pt.track(hung, pt.Smooth(), sightings=sightings)
     assert pt.evaluate(track, hung.truth).joints["wrist"].rms_m < was + 0.02

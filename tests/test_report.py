@@ -15,7 +15,7 @@ from browser import SIZES, opened
 from conftest import load_arm
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 from pytracker.formats.video import frames
 from pytracker.report.arm_page import render_arm_page
 from pytracker.report.body_page import render_body_page
@@ -36,7 +36,7 @@ def tracks(tmp_path_factory: pytest.TempPathFactory) -> list[pt.Track]:
     folder = tmp_path_factory.mktemp("r") / "occluded"
     pt.simulate_arm(folder, pt.ArmScene(duration_s=4.0, occlusions=((2.0, 2.4),)), seed=3)
     recording = load_arm(folder)
-    sightings = sight(recording)
+    sightings = sightings_of(recording)
     return [pt.track(recording, method, 1, sightings=sightings) for method in METHODS]
 
 

@@ -10,7 +10,7 @@ import pytest
 from hidden_imu import ACC, COLUMNS, EVERY, GYR, QUATERNION, otherwise, rows_of, written
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 from pytracker.evidence.lag import find_lags
 from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.conventions import AccUnit, Conventions, GyrUnit, in_our_terms
@@ -25,7 +25,7 @@ from pytracker.setup.worn import mount_of
 def sightings(gesturing: Path) -> pt.Sightings:
     recording = pt.load(gesturing)
     assert isinstance(recording, pt.ArmRecording)
-    return sight(recording)
+    return sightings_of(recording)
 
 
 @pytest.mark.parametrize("conventions", EVERY, ids=lambda c: "-".join(c.__dict__.values()).replace(" ", "_"))

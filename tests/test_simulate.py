@@ -9,7 +9,7 @@ import pytest
 from conftest import load_arm
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 from pytracker.formats import video
 from pytracker.rotation import conjugate, multiply, rotate
 from pytracker.simulate import ArmSimulation
@@ -88,7 +88,7 @@ def test_dropped_samples_and_frames_are_missing(tmp_path: Path) -> None:
     assert "gaps between samples" in recording.warnings[0]
     # A camera that drops a frame shows the one before again; that is no sighting.
     assert len(list(video.frames(folder / "video.mp4"))) == 100
-    sightings = sight(recording)
+    sightings = sightings_of(recording)
     repeated = [k for k, words in enumerate(sightings.reasons) if words == "the frame repeats the one before"]
     dropped = set(range(100)) - {round(25 * t) for t in simulation.frame_time_s}
     assert set(repeated) == dropped

@@ -15,7 +15,7 @@ import pytest
 from conftest import arm_tracker, estimated, load_arm, shown
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 from pytracker.evidence.observations import AT_ONCE
 from pytracker.methods.arm import METHODS, ArmMethod
 from pytracker.simulate import ArmSimulation
@@ -237,7 +237,7 @@ def test_every_method_has_a_name_and_documented_parameters() -> None:
 def test_two_cameras_of_a_folder_are_one_time_axis(tmp_path: Path) -> None:
     folder = pt.simulate_arm(tmp_path / "two", pt.ArmScene(duration_s=2.0, cameras=2), seed=2)
     recording = load_arm(folder)
-    sightings = sight(recording)
+    sightings = sightings_of(recording)
     assert sightings.pixels.shape == (50, 2, 2)
     assert sightings.valid.all()
     scores = pt.evaluate(pt.track(recording, pt.Plain(), 1, sightings=sightings), recording.truth)

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 import pytracker as pt
-from pytracker.evidence import sight
+from pytracker.evidence import sightings_of
 
 
 def main(out: Path) -> None:
@@ -22,7 +22,7 @@ def main(out: Path) -> None:
         print("warning:", words)
 
     # The patch is looked for once, for all methods.
-    sightings = sight(recording)
+    sightings = sightings_of(recording)
     methods = (pt.Smooth(), pt.Mixture(), pt.Layered(particles=2000))
     tracks = [pt.track(recording, method, seed=1, sightings=sightings) for method in methods]
     for track in tracks:

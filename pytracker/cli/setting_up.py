@@ -11,7 +11,7 @@ import typer
 from pytracker.cli.options import Folder, Force, Quiet, check_new, say
 from pytracker.cli.terminal import frames_bar
 from pytracker.output import write_whole
-from pytracker.setup import check as look_at
+from pytracker.setup import check as examine
 from pytracker.setup import detect
 from pytracker.setup import init as begin
 
@@ -67,7 +67,7 @@ def check(
     """
     if html is not None:
         check_new(html, ".html", force=force)
-    found = look_at(folder, write=write)
+    found = examine(folder, write=write)
     for finding in found.findings:
         print(finding)
     if html is not None:

@@ -26,7 +26,7 @@ from pytracker.evidence.camshift import PatchSighting, PatchTrack, PatchTracker,
 from pytracker.evidence.observations import observations
 from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.evidence.senses import Senses, senses_of
-from pytracker.evidence.sightings import Landmarks, Sightings, sight
+from pytracker.evidence.sightings import Landmarks, Sightings, sightings_of
 from pytracker.evidence.silhouette import BodyEvidence, Silhouette
 from pytracker.evidence.thresholds import SilhouetteParameters
 
@@ -44,6 +44,6 @@ __all__ = [
     "median_background",
     "observations",
     "senses_of",
-    "sight",
+    "sightings_of",
     "track_patch",
 ]

@@ -17,7 +17,7 @@ from pytracker.recording.keypoints import tallest
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 
-__all__ = ["Seen", "joints_seen", "wrist_seen"]
+__all__ = ["JointPixels", "joints_seen", "wrist_seen"]
 
 PATCH_SD_PX = 4.0
 """Of a patch's centre, as of the one on the wrist."""
@@ -34,7 +34,7 @@ MOST_APART = 0.8
 BRIDGED_S = 0.15
 """Between frames that are no farther apart, as of a detector that looks at every third one, a wrist is not unseen."""
 
-Seen = tuple[Array, Array]
+JointPixels = tuple[Array, Array]
 """Pixels `(T, 2)`, NaN where not seen, and their standard deviations `(T,)`, px; a row a frame of the video."""
 
 
@@ -44,7 +44,7 @@ def joints_seen(
     patch: PatchTrack,
     parameters: CamshiftParameters | None,
     film: Callable[[str], Iterator[Frame]],
-) -> dict[str, Seen]:
+) -> dict[str, JointPixels]:
     """What `camera`, which saw the wrist's `patch`, saw of other joints, by name; `film` starts its video, for a stage.
 
     Raises `InputError` where keypoints show that the patch is worn on the other arm, or the shoulder is elsewhere.
@@ -120,7 +120,7 @@ def _gap_s(time_s: Array, seen: NDArray[np.bool_]) -> Array:
     return np.asarray(after - before)
 
 
-def _of_keypoints(recording: ArmRecording, camera: int, patch: PatchTrack) -> dict[str, Seen]:
+def _of_keypoints(recording: ArmRecording, camera: int, patch: PatchTrack) -> dict[str, JointPixels]:
     view, side = recording.views[camera], recording.arm.side
     assert view.keypoints is not None
     people = _people(view.keypoints, len(patch.pixel))

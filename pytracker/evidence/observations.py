@@ -16,7 +16,7 @@ import numpy as np
 from pytracker._core import InputError, Observation
 from pytracker.evidence.ahead import ahead
 from pytracker.evidence.senses import Senses, senses_of
-from pytracker.evidence.sightings import Landmarks, Progress, Sightings, sight
+from pytracker.evidence.sightings import Landmarks, Progress, Sightings, sightings_of
 from pytracker.formats.video import frames
 from pytracker.recording.recording import ArmRecording, BodyRecording, Imu, Recording
 from pytracker.rotation import Array
@@ -46,7 +46,7 @@ def read_evidence(recording: Recording, progress: Progress | None = None) -> Sig
 
 @read_evidence.register
 def _(recording: ArmRecording, progress: Progress | None = None) -> Sightings:
-    return sight(recording, progress=progress)
+    return sightings_of(recording, progress=progress)
 
 
 @read_evidence.register
@@ -62,7 +62,7 @@ def shared_sightings(recording: Recording, progress: Progress | None = None) -> 
 
 @shared_sightings.register
 def _(recording: ArmRecording, progress: Progress | None = None) -> Sightings | None:
-    return sight(recording, progress=progress)
+    return sightings_of(recording, progress=progress)
 
 
 @singledispatch

@@ -14,13 +14,13 @@ from pytracker._core import ARM_NEWS_S, InputError
 from pytracker.evidence.ahead import ahead
 from pytracker.evidence.camshift import PatchTrack, track_patch
 from pytracker.evidence.hanging import without_hanging, without_standing
-from pytracker.evidence.landmarks import Seen, joints_seen, wrist_seen
+from pytracker.evidence.landmarks import JointPixels, joints_seen, wrist_seen
 from pytracker.evidence.patch_colour import CamshiftParameters
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 
-__all__ = ["SAME_FRAME_S", "Landmarks", "Progress", "Sightings", "sight"]
+__all__ = ["SAME_FRAME_S", "Landmarks", "Progress", "Sightings", "sightings_of"]
 
 Progress = Callable[[str, int], None]
 """Called with (stage, frames done)."""
@@ -143,7 +143,7 @@ def _seen(pixels: Array) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(pixels).all(axis=2).max(axis=1, initial=False), dtype=np.bool_)
 
 
-def sight(
+def sightings_of(
     recording: ArmRecording, parameters: CamshiftParameters | None = None, progress: Progress | None = None
 ) -> Sightings:
     """Follow the patch through every video of `recording`. Raises `InputError`."""
@@ -178,7 +178,7 @@ def _counted(source: Iterator[Frame], stage: str, progress: Progress | None) -> 
             progress(stage, frame.index + 1)
 
 
-def _merge(times: list[Array], tracks: list[PatchTrack], joints: list[dict[str, Seen]]) -> Sightings:
+def _merge(times: list[Array], tracks: list[PatchTrack], joints: list[dict[str, JointPixels]]) -> Sightings:
     """One row a distinct time, one column a camera; frames of one camera are never one."""
     every = np.sort(np.concatenate(times))
     shortest = min((float(np.diff(time_s).min()) for time_s in times if len(time_s) > 1), default=np.inf)

@@ -12,12 +12,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pytracker.recording.recording import ArmRecording
-from pytracker.report.cycle_look import CycleLook, Section, show
+from pytracker.report.cycle_drawing import CycleDrawing, Section, show
 from pytracker.report.drawing import COLOURS
 from pytracker.rotation import Array
 from pytracker.tracking.cycle import Cycle
 
-__all__ = ["FLAT", "ArmLook"]
+__all__ = ["FLAT", "ArmDrawing"]
 
 RAY = "#bc8f00"
 SPHERE = "#8e6c8a"
@@ -25,7 +25,7 @@ FLAT = 0.62
 """Height over width of a panel: clouds lie along the ray."""
 
 
-class ArmLook(CycleLook):
+class ArmDrawing(CycleDrawing):
     """The wrist's particles, in one plane."""
 
     joints: ClassVar[Mapping[str, str]] = {"wrist": COLOURS[0]}

@@ -8,11 +8,11 @@ from typing import ClassVar
 import numpy as np
 from matplotlib.axes import Axes
 
-from pytracker.report.cycle_look import ESTIMATE, CycleLook, Section, show
+from pytracker.report.cycle_drawing import ESTIMATE, CycleDrawing, Section, show
 from pytracker.report.drawing import COLOURS, TRUTH
 from pytracker.tracking.cycle import Cycle
 
-__all__ = ["BodyLook"]
+__all__ = ["BodyDrawing"]
 
 LIMBS = (
     ("root", "head"), ("left_shoulder", "right_shoulder"),
@@ -21,7 +21,7 @@ LIMBS = (
 )  # fmt: skip
 
 
-class BodyLook(CycleLook):
+class BodyDrawing(CycleDrawing):
     """Particles of head and wrists, in two planes."""
 
     joints: ClassVar[Mapping[str, str]] = {"head": COLOURS[5], "left_wrist": COLOURS[0], "right_wrist": COLOURS[2]}

@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pytracker.report.cycle_arm import FLAT, ArmLook
-from pytracker.report.cycle_body import BodyLook
-from pytracker.report.cycle_look import CycleLook, show
+from pytracker.report.cycle_arm import FLAT, ArmDrawing
+from pytracker.report.cycle_body import BodyDrawing
+from pytracker.report.cycle_drawing import CycleDrawing, show
 from pytracker.report.drawing import STYLE, svg
 from pytracker.rotation import Array
 from pytracker.tracking.cycle import Cloud, Cycle
@@ -23,14 +23,14 @@ from pytracker.tracking.cycle import Cloud, Cycle
 __all__ = ["one_cycle", "snapshots"]
 
 STYLE_HERE = {**STYLE, "axes.grid": False}
-LOOKS: Mapping[str, CycleLook] = {"arm": ArmLook(), "body": BodyLook()}
+DRAWINGS: Mapping[str, CycleDrawing] = {"arm": ArmDrawing(), "body": BodyDrawing()}
 """By kind of recording."""
 
 
 def one_cycle(cycle: Cycle) -> str:
     """What every layer did: a row a layer (two for a body), from the cloud that arrives to the one that leaves."""
-    look = LOOKS[cycle.recording.kind]
-    sections = look.sections(cycle)
+    drawing = DRAWINGS[cycle.recording.kind]
+    sections = drawing.sections(cycle)
     rows = len(cycle.layers) * len(sections)
     with mpl.rc_context(STYLE_HERE):
         figure = Figure(figsize=(8.6, (2.35 if len(sections) > 1 else 1.75) * rows + 0.4), layout="constrained")
@@ -52,35 +52,35 @@ def one_cycle(cycle: Cycle) -> str:
                     if cloud is None:
                         axes.text(0.5, 0.5, "not resampled", transform=axes.transAxes, ha="center", color="#5a636d")
                     else:
-                        look.cloud(axes, cloud, section)
-                    look.scene(axes, cycle, section, with_estimate=column == 2 and number + 1 == len(cycle.layers))
+                        drawing.cloud(axes, cloud, section)
+                    drawing.scene(axes, cycle, section, with_estimate=column == 2 and number + 1 == len(cycle.layers))
                     axes.set_xlabel(section.names[0] if row + 1 == rows or len(sections) > 1 else "", fontsize=7)
                 panels[row, 0].set_ylabel(section.names[1], fontsize=7)
         for row, axes in enumerate(panels.flat):
-            look.limit(axes, cycle, sections[row // 4 % len(sections)])
+            drawing.limit(axes, cycle, sections[row // 4 % len(sections)])
         _legend(figure, panels[-1, 2])
         return svg(figure)
 
 
 def snapshots(rows: Sequence[Sequence[Cycle]], titles: Sequence[str]) -> str:
     """Figs. 10 and 11: what the filter believes of an arm's wrist, a row a method, a column a frame."""
-    look = ArmLook()
+    drawing = ArmDrawing()
     with mpl.rc_context(STYLE_HERE):
         figure = Figure(figsize=(8.6, 1.8 * len(rows) + 0.4), layout="constrained")
         panels = figure.subplots(len(rows), len(rows[0]), squeeze=False, sharex=True, sharey=True)
         everything = []
         for r, (cycles, title) in enumerate(zip(rows, titles, strict=True)):
             for c, cycle in enumerate(cycles):
-                axes, section = panels[r, c], look.sections(cycle)[0]
+                axes, section = panels[r, c], drawing.sections(cycle)[0]
                 cloud = cycle.layers[-1].weighted
-                look.cloud(axes, cloud, section)
-                look.scene(axes, cycle, section, with_estimate=True)
+                drawing.cloud(axes, cloud, section)
+                drawing.scene(axes, cycle, section, with_estimate=True)
                 share = 100 * cloud.ess / len(cloud.weights)
                 axes.set_title(f"frame {cycle.frame}: ESS {share:.0f} %", fontsize=8)
                 everything.append(section(_seen(cloud, "wrist")))
-            panels[r, 0].set_ylabel(f"{title}\n{look.sections(cycles[0])[0].names[1]}", fontsize=7)
+            panels[r, 0].set_ylabel(f"{title}\n{drawing.sections(cycles[0])[0].names[1]}", fontsize=7)
         for axes in panels[-1]:
-            axes.set_xlabel(look.sections(rows[0][0])[0].names[0], fontsize=7)
+            axes.set_xlabel(drawing.sections(rows[0][0])[0].names[0], fontsize=7)
         show(list(panels.flat), np.concatenate(everything), FLAT)
         _legend(figure, panels[0, 0])
         return svg(figure)

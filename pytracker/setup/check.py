@@ -42,7 +42,7 @@ from pytracker.tracking.tracks import Track
 __all__ = ["Checkup", "check"]
 
 ARM = ("arm.shoulder_m", "arm.upper_arm_m", "arm.forearm_m")
-Looked = tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]
+Examined = tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]
 """Line by line, both signals laid over each other, and the patch's box: as a `Checkup` has them."""
 
 ODD = 2.0
@@ -83,7 +83,7 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
     data = read_toml(draft.path, SCHEMA)
     if faults := faults_of(data, draft.schema):
         return Checkup(draft.folder, tuple(Finding("recording.toml", "wrong", fault) for fault in faults))
-    found, laid_over, box = LOOKS[draft.kind](draft)
+    found, laid_over, box = EXAMINE[draft.kind](draft)
     changes = {place: value for finding in found for place, value in finding.writes.items()}
     if write and changes:
         for finding in found:
@@ -114,7 +114,7 @@ def _as_open(finding: Finding) -> Finding:
     return replace(finding, verdict="cannot be told", evidence=f"taken as it is given; {finding.evidence}")
 
 
-def _arm(draft: Draft) -> Looked:
+def _arm(draft: Draft) -> Examined:
     video = check_video(draft)
     imu_findings, log = check_imu(draft)
     found = [video, *imu_findings, *check_others(draft, 1), check_pose(draft), *check_up(draft)]
@@ -254,11 +254,11 @@ def _laid_over(sightings: Sightings, imu_s: Array, acceleration: Array) -> tuple
     return time_s, np.asarray(way), np.asarray(by_imu)
 
 
-def _body(draft: Draft) -> Looked:
+def _body(draft: Draft) -> Examined:
     return [check_video(draft), *check_others(draft, 0), *check_up(draft), *check_body(draft)], None, None
 
 
-LOOKS: Mapping[str, Callable[[Draft], Looked]] = {"arm": _arm, "body": _body}
+EXAMINE: Mapping[str, Callable[[Draft], Examined]] = {"arm": _arm, "body": _body}
 """By kind of recording."""
 
 

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from pytracker._core import ARM_NOTHING_CAME, Tracker, TrackingError
-from pytracker.evidence.sightings import Progress, Sightings, sight
+from pytracker.evidence.sightings import Progress, Sightings, sightings_of
 from pytracker.methods.arm import ArmMethod, Mixture
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
@@ -97,7 +97,7 @@ def filter_arm(
     began = time.perf_counter()
     method = method.known_by(recording.spreads)
     if sightings is None:
-        sightings = sight(recording, progress=progress)
+        sightings = sightings_of(recording, progress=progress)
     seen = time.perf_counter()
     if sightings.jitter_px > JITTERY * method.pixel_sd and method.pixel_sd == ArmMethod.pixel_sd:
         method = replace(method, pixel_sd=sightings.jitter_px)

@@ -1,4 +1,4 @@
-"""How a particle cloud is looked at: in which planes, with which joints, before which scene."""
+"""How a particle cloud is drawn: in which planes, with which joints, before which scene."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pytracker.report.drawing import TRUTH
 from pytracker.rotation import Array
 from pytracker.tracking.cycle import Cloud, Cycle
 
-__all__ = ["ESTIMATE", "CycleLook", "Section", "show"]
+__all__ = ["ESTIMATE", "CycleDrawing", "Section", "show"]
 
 ESTIMATE = "#c8553d"
 AREA = 5.0
@@ -41,7 +41,7 @@ class Section:
         return np.asarray(100 * (points - self.origin) @ self.across.T)
 
 
-class CycleLook(ABC):
+class CycleDrawing(ABC):
     """Of one kind of recording.
 
     Attributes:
@@ -52,7 +52,7 @@ class CycleLook(ABC):
 
     @abstractmethod
     def sections(self, cycle: Cycle) -> tuple[Section, ...]:
-        """What to look at."""
+        """What is drawn."""
 
     @abstractmethod
     def background(self, axes: Axes, cycle: Cycle, section: Section, *, with_estimate: bool) -> None:
