@@ -61,7 +61,7 @@ def test_track_evaluate_and_frame(simulated: Path, tmp_path: Path) -> None:
     assert ours["rms_m"] == pytest.approx(theirs["rms_m"], abs=1e-6)
     held = scored["first pose held"]["joints"]["wrist"]
     assert held["median_m"] == pytest.approx(expected["first pose held"]["joints"]["wrist"]["median_m"], abs=1e-6)
-    assert held["coverage"] == [0.0, 0.0, 0.0]
+    assert held["coverage"] == [None, None, None]
     again = run("track", simulated, "--out", out)
     assert again.returncode == 2
     assert f"{out}: already exists, expected a new folder (or --force to replace it)" in again.stderr

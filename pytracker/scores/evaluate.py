@@ -60,8 +60,8 @@ class JointScores:
         worst_m: largest 3-D error.
         worst_frame: the frame that has it.
         within_5cm: share of frames within ±5 cm on every axis.
-        coverage: share of frames whose 95 % band holds the truth.
-        half_width_m: mean half-width of the band.
+        coverage: share of frames whose 95 % band holds the truth; NaN of what has no bands.
+        half_width_m: mean half-width of the band; likewise.
     """
 
     frames: int
@@ -197,7 +197,7 @@ def _score(
     distance = np.linalg.norm(error, axis=1)
     depth = np.einsum("ti,ti->t", error, camera.viewing_directions(truth))
     across = np.sqrt(np.maximum(distance**2 - depth**2, 0.0))
-    inside = (lo <= truth) & (truth <= hi)
+    inside = np.where(np.isnan(lo) | np.isnan(hi), np.nan, (lo <= truth) & (truth <= hi))
     return JointScores(
         frames=int(use.sum()),
         mean_m=triple(error.mean(axis=0)),
