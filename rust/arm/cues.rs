@@ -82,7 +82,11 @@ pub trait Cue: Sync {
     }
 }
 
-/// A cue about a state; what was seen far off has more noise, as a Student's t would have it.
+/// A cue about a state: what was seen far off has more noise, as a Student's t would have it; what is known beforehand is given in its
+/// own standard deviations.
+///
+/// The latter is not measured anew in every frame. How widely it is known at a place (a forearm that lies beside the sensor's axis
+/// matters where the elbow is bent, not where the arm is straight or folded) would else speak against that place, frame after frame.
 ///
 /// # Errors
 /// As [`Cue::linearise`].
@@ -93,11 +97,19 @@ pub fn robust(
     covariance: Option<&DMatrix<f64>>,
 ) -> Result<Option<Linear>> {
     let found = cue.linearise(posed, state, covariance)?;
-    Ok(found.map(|(residual, slope, noise)| {
-        let spread = |d: usize| covariance.map_or(0.0, |of| (slope.row(d) * of).dot(&slope.row(d)));
-        let far = || (0..residual.len()).map(|d| residual[d] * residual[d] / (noise[(d, d)] + spread(d))).sum::<f64>();
-        let wider = if cue.is_seen() { (far() / ROBUST).max(1.0) } else { 1.0 };
-        (residual, slope, noise * wider)
+    Ok(found.map(|(mut residual, mut slope, noise)| {
+        if cue.is_seen() {
+            let spread = |d: usize| covariance.map_or(0.0, |of| (slope.row(d) * of).dot(&slope.row(d)));
+            let far = (0..residual.len()).map(|d| residual[d] * residual[d] / (noise[(d, d)] + spread(d))).sum::<f64>();
+            return (residual, slope, noise * (far / ROBUST).max(1.0));
+        }
+        let rows = residual.len();
+        for d in 0..rows {
+            let sd = noise[(d, d)].sqrt();
+            residual[d] /= sd;
+            slope.row_mut(d).unscale_mut(sd);
+        }
+        (residual, slope, DMatrix::identity(rows, rows))
     }))
 }
 
@@ -255,6 +267,19 @@ mod tests {
             let mean: f64 = (0..3).map(|d| (moved(d, 1.0) + moved(d, -1.0) - 2.0 * residual(&at)) / 6.0).sum();
             assert!(mean < -0.001 && (unknown.0[0] - known.0[0] - mean).abs() < 0.05 * mean.abs(), "{mean}");
             assert!(unknown.2[(0, 0)] > known.2[(0, 0)]);
+        });
+    }
+
+    /// Wherever it is as many of its own standard deviations off a constraint weighs the same.
+    #[test]
+    fn a_constraint_is_in_its_own_standard_deviations() {
+        with_posed(moment(), |posed, _| {
+            let at = some();
+            let (residual, slope, noise) = linear(&UpperArmLength, posed, &at);
+            let (in_sd, by_state, unit) = robust(&UpperArmLength, posed, &at, None).unwrap().unwrap();
+            let sd = noise[(0, 0)].sqrt();
+            assert!((in_sd * sd - residual).amax() < 1e-12 && (by_state * sd - slope).amax() < 1e-12);
+            assert_eq!(unit, DMatrix::identity(1, 1));
         });
     }
 

@@ -3,7 +3,7 @@
 //! Not in the paper. The state and its motion are those of [`super::mixture`], what is measured are its [`super::cues`], and the
 //! trajectories to start from are the mixture's and either depth of the arm's sphere (`ways`). By how much the camera sees later
 //! than the IMU's clock says is constant and bends everything: it is no column here. The frames are put at so many delays, each
-//! is a branch that is smoothed by itself, and all are weighed by their evidence (`weighed`). What the mixture said of the same
+//! is a branch that is smoothed by itself, and all are weighed (`weighed`). What the mixture said of the same
 //! frames has a share of the say (`averaged`).
 
 use super::averaged::{at_its_wrist, averaged};
@@ -122,10 +122,9 @@ impl<'a> Recorded<'a> {
     fn way(&self, start: &[DVector<f64>], noise: &Noise) -> Result<Way<Retimed>> {
         let known_sd = self.noise.clock.map_or(0.0, |clock| clock.start_sd);
         let mut found = self.at_delays(start, known_sd, noise)?;
-        let alone_s = if known_sd > 0.0 { known_sd } else { 1.0 };
         let mut apart = 0.5 * known_sd;
         for _ in 0..FINER {
-            let (_, weights) = weights(&found, alone_s);
+            let weights = weights(&found);
             let best = (0..found.len()).max_by(|a, b| weights[*a].total_cmp(&weights[*b])).unwrap_or(0);
             if apart == 0.0 || weights[best] < MOST {
                 break;
@@ -136,8 +135,7 @@ impl<'a> Recorded<'a> {
             found.extend(successes(finer.collect())?);
             found.sort_by(|a, b| a.delay_s.total_cmp(&b.delay_s));
         }
-        let (log_density, weights) = weights(&found, alone_s);
-        Ok(Way { log_density, delayed: weights.into_iter().zip(found).collect() })
+        Ok(Way(weights(&found).into_iter().zip(found).collect()))
     }
 
     /// Those of the delays with which a trajectory is found, in increasing order; an error where there is none. From none on to
@@ -168,11 +166,11 @@ impl<'a> Recorded<'a> {
     fn delayed(&self, start: Vec<DVector<f64>>, delay_s: f64, noise: &Noise) -> Result<Delayed<Retimed>> {
         let steps = self.retimed(delay_s, noise)?;
         let branch = self.branch(noise, &steps);
-        let Settled { at, log_evidence, .. } = branch.settled(start)?;
+        let Settled { at, cost, log_evidence, .. } = branch.settled(start)?;
         let in_sd =
             self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
-        let log_density = log_evidence - 0.5 * in_sd * in_sd;
-        Ok(Delayed { delay_s, log_density, of: Retimed { moments: branch.moments(), at } })
+        let [log_density, log_fit] = [log_evidence, -0.5 * cost].map(|log| log - 0.5 * in_sd * in_sd);
+        Ok(Delayed { delay_s, log_density, log_fit, of: Retimed { moments: branch.moments(), at } })
     }
 
     /// One way with the spread about it: that at its heaviest delay.
@@ -190,13 +188,13 @@ impl<'a> Recorded<'a> {
         noise: &'b Noise,
     ) -> impl Iterator<Item = (f64, Delayed<Estimate>)> + 'b {
         let (covariance, log_evidence) = (&spread.states[frame].covariance, Some(spread.log_evidence[frame]));
-        way.iter().map(move |(weight, Delayed { delay_s, log_density, of })| {
+        way.iter().map(move |(weight, Delayed { delay_s, log_density, log_fit, of })| {
             let posed = Posed::new(Layout::new(noise), self.arm, noise, of.moments[frame]);
             let gaussian = Gaussian { mean: of.at[frame].clone(), covariance: covariance.clone() };
             let component = Component { gaussian, log_weight: 0.0 };
             let estimate = self.filter.of_components(vec![component], &posed, self.frames[frame].time_s);
             let of = Estimate { log_evidence, ..estimate };
-            (*weight, Delayed { delay_s: *delay_s, log_density: *log_density, of })
+            (*weight, Delayed { delay_s: *delay_s, log_density: *log_density, log_fit: *log_fit, of })
         })
     }
 
