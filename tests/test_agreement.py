@@ -16,6 +16,7 @@ from pytracker.recording.recording import Truth
 from pytracker.report.tables import TrackFile
 from pytracker.rotation import Array
 from pytracker.scores.agreement import disagreement
+from pytracker.scores.evaluate import held
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking.tracks import JointTrack
 
@@ -59,6 +60,12 @@ def test_a_truth_that_is_described_otherwise_is_told(
     assert len(said) == bool(words)
     assert words in " ".join(said)
     assert disagreement(track, None) == ()
+
+
+def test_a_track_that_hardly_moves_is_not_excused(tracked: tuple[pt.Track, Truth]) -> None:
+    """The truth's first moments, made to last for all of it, would lie on it."""
+    track, truth = tracked
+    assert disagreement(held(track), truth) == ()
 
 
 def test_exchanged_sides_are_told(body: pt.BodyRecording) -> None:

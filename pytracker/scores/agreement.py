@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker.recording.recording import Truth
 from pytracker.rotation import Array
@@ -36,7 +37,8 @@ RATES_HZ = np.array([24, 25, 30, 50, 60, 90, 100, 120, 125, 150, 200, 240, 250, 
 """Of cameras; those that are taken for one another give the factors of times."""
 FACTORS = np.setdiff1d(np.round(np.append((RATES_HZ[:, None] / RATES_HZ).ravel(), [0.9, 1.1]), 3), [1.0])
 MOVES = 0.5
-"""Joints that move so much of what the liveliest does are looked at, where it is about times."""
+"""Joints that move so much of what the liveliest does are looked at, where it is about times; and by another
+description a truth must move so much of what it does as it is."""
 SIDES = {"left": "right", "right": "left"}
 HANDICAP_M = 0.01
 """A turn must explain it better than a lag by so much: what goes round is turned as it is late."""
@@ -144,13 +146,22 @@ def _moved(track: Array, truth: Array, *, is_sided: bool) -> Iterator[_Other]:
 
 
 def _other(track: Array, as_is: Array, other: Array, words: str) -> _Other:
-    """Of the frames in which all three are known; nothing where these are few."""
+    """Of the frames in which all three are known; nothing where these are few, or it hardly moves in them.
+
+    A truth that stands still is in the middle of any track.
+    """
     known = np.isfinite(track + as_is).all(axis=-1)
     both = known & np.isfinite(other).all(axis=-1)
-    if both.sum() < max(1.0, BETTER * known.sum()):
+    if both.sum() < max(1.0, BETTER * known.sum()) or _moves(other, both) < MOVES * _moves(as_is, both):
         return _Other(np.inf, 0.0, BETTER, words)
     off, before = (float(np.sqrt(((track - at)[both] ** 2).sum(axis=1).mean())) for at in (other, as_is))
     return _Other(off, before, BETTER, words)
+
+
+def _moves(places: Array, known: NDArray[np.bool_]) -> float:
+    """How far joints `(J, T, 3)` are from where each is on average, RMS over known frames `(J, T)`, m."""
+    spreads = [np.var(of[these], axis=0).sum() for of, these in zip(places, known, strict=True) if these.any()]
+    return float(np.sqrt(np.mean(spreads)))
 
 
 def _other_side(name: str) -> str:
