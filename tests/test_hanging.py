@@ -52,6 +52,32 @@ def test_what_stays_the_same_while_the_sensor_moves_is_left_out() -> None:
     assert without_hanging(track_of(hung), trembling, 0.0).valid.all()
 
 
+def drinking(time_s: Array, seed: int) -> Array:
+    """To the mouth and back `(T, 3)`, m: strokes of 1 to 1.8 s, holds of 0.5 to 2.5 s, a hand that trembles by 1 mm."""
+    rng = np.random.default_rng(seed)
+    went, at_s = np.zeros(len(time_s)), 0.5
+    for stroke in range(20):
+        takes_s = rng.uniform(1.0, 1.8)
+        share = np.clip((time_s - at_s) / takes_s, 0.0, 1.0)
+        went += (-1.0) ** stroke * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
+        at_s += takes_s + rng.uniform(0.5, 2.5)
+    trembles = 0.001 * np.sin(2.0 * np.pi * 5.1 * time_s)
+    return np.outer(went, [-0.05, -0.22, 0.40]) + np.outer(trembles, [0.6, 0.6, 0.5])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_holds_between_strokes_are_the_hands_own(seed: int) -> None:
+    """Where it slows down is felt into the hold, and so is its tremor: nothing else lies there."""
+    frame_s, imu_s = np.arange(0.0, 20.0, 0.04), np.arange(-0.5, 20.5, 0.01)
+    noise = np.random.default_rng(seed).standard_normal
+    pixel = drinking(frame_s, seed)[:, [0, 2]] * [320.0, -320.0] + [320.0, 240.0] + 0.5 * noise((len(frame_s), 2))
+    # By differences over 2 ms.
+    ahead, here, behind = (drinking(imu_s + h, seed) for h in (0.002, 0.0, -0.002))
+    acc = (ahead - 2.0 * here + behind) / 0.002**2 + [0.0, 0.0, GRAVITY] + 0.05 * noise((len(imu_s), 3))
+    imu = pt.Imu(time_s=imu_s, acc=acc, q_world_segment=np.tile([1.0, 0.0, 0.0, 0.0], (len(imu_s), 1)))
+    assert without_standing(track_of(pixel), imu, 0.0).valid.all()
+
+
 def lying(pixel: Array, first: int, after: int) -> Array:
     """The same, another thing taken for the patch for a while, whose centre trembles."""
     pixel = pixel.copy()

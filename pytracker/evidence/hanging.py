@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,7 +26,9 @@ LEAST_S, LEAST_FRAMES = 0.2, 5
 """A shorter pause does no harm."""
 ABOUT_S = 2.0
 """The sensor's way is found from so much about it."""
-MOVES_M, MOVES_M_S2 = 0.02, 0.25
+TREMOR_S = 0.2
+"""A hand that is held trembles at some 5 Hz, by a millimetre, which is 1 m/s²: no movement."""
+MOVES_M, MOVES_M_S2 = 0.02, 0.15
 """A wrist that goes so far meanwhile moves, by its sensor, and is pushed about so (RMS): a hand that trembles stays
 where it is, and of one that came to rest just before only the way from there is left."""
 LIES_STILL = "what is taken for the patch lies still while the sensor moves"
@@ -38,7 +41,7 @@ STRIDES_M, STRIDES_M_S2 = 0.05, 0.7
 CLEARLY = 4.0
 """By so many times what lies still the patch should have moved."""
 EDGE_S, EDGE_SHARE = 1.0, 0.25
-"""So much of either end of a rest, at the most, is left out."""
+"""So much of either end of a rest, at the most, is left out: a stroke that slows down is felt into what follows."""
 ENDS_S = 0.15
 """When it began and ended is known to this."""
 ELSEWHERE_S, ALIKE = 2.0, 0.4
@@ -66,7 +69,8 @@ def without_standing(track: PatchTrack, imu: Imu, start_s: float) -> PatchTrack:
     moved = []
     for first, after in runs(stays):
         from_s, to_s = track.time_s[[first, after - 1]] + start_s
-        if _moves(imu, from_s + ENDS_S, to_s - ENDS_S, STRIDES_M, STRIDES_M_S2):
+        edge_s = max(ENDS_S, min(EDGE_S, EDGE_SHARE * (to_s - from_s)))
+        if _moves(imu, from_s + edge_s, to_s - edge_s, STRIDES_M, STRIDES_M_S2):
             moved.append((first, after))
     if not moved:
         return track
@@ -130,12 +134,18 @@ def _moves(imu: Imu, from_s: float, to_s: float, goes_m: float, pushed_m_s2: flo
     if within.sum() < LEAST_FRAMES:
         return False
     felt = rotate(imu.q_world_segment[some], imu.acc[some])
-    if np.linalg.norm(felt[within[some]].std(axis=0)) < pushed_m_s2:
+    if np.linalg.norm(_without_tremor(felt, imu.time_s[some])[within[some]].std(axis=0)) < pushed_m_s2:
         return False
     start_s, way = banded(imu.time_s[some], felt, integrations=2)
     time_s = start_s + GRID_S * np.arange(len(way))
     inside = way[(time_s >= from_s) & (time_s <= to_s)]
     return bool(len(inside) and np.linalg.norm(np.ptp(inside, axis=0)) > goes_m)
+
+
+def _without_tremor(felt: Array, time_s: Array) -> Array:
+    """Of rows `(T, 3)` what is slower: means over some period of it."""
+    count = max(1, round(TREMOR_S / float(np.median(np.diff(time_s)))))
+    return np.asarray(cv2.blur(felt, (1, count), borderType=cv2.BORDER_REPLICATE))
 
 
 def rests_in_words(track: PatchTrack, why: str) -> str:
