@@ -68,6 +68,26 @@ impl ArmBranch<'_> {
         (0..self.steps.len()).map(|step| self.frame(step).moment()).collect()
     }
 
+    /// How well a trajectory of some cost explains what was measured and how it moves: by prior and likelihood, all of what is known
+    /// beforehand told once ([`super::cues::told_once`]).
+    ///
+    /// # Errors
+    /// As [`super::cues::Cue::linearise`].
+    pub fn log_fit(&self, at: &[DVector<f64>], cost: f64) -> Result<f64> {
+        let layout = Layout::new(self.noise);
+        let mut widths = 0.0;
+        for (step, state) in at.iter().enumerate().filter(|(step, _)| self.steps[*step].is_new) {
+            let frame = self.frame(step);
+            let posed = Posed::new(layout, self.arm, self.noise, frame.moment());
+            let cues = self.filter.cues().iter().flat_map(|name| frame.cues(*name, layout, self.noise));
+            for cue in cues.filter(|cue| !cue.is_seen()) {
+                let noise = cue.linearise(&posed, state, None)?.map(|(_, _, noise)| noise);
+                widths += noise.map_or(0.0, |noise| noise.diagonal().iter().map(|variance| variance.ln()).sum());
+            }
+        }
+        Ok(-0.5 * (cost - widths))
+    }
+
     fn frame(&self, step: usize) -> Frame<'_> {
         let Step { time_s, world_sensor, stale_s, is_rest, pixels, landmarks, upper_arm, .. } = self.steps[step];
         let landmarks = landmarks.iter().map(|landmark| landmark.seen_by(self.views)).collect();

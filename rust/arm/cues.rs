@@ -82,11 +82,7 @@ pub trait Cue: Sync {
     }
 }
 
-/// A cue about a state: what was seen far off has more noise, as a Student's t would have it; what is known beforehand is given in its
-/// own standard deviations.
-///
-/// The latter is not measured anew in every frame. How widely it is known at a place (a forearm that lies beside the sensor's axis
-/// matters where the elbow is bent, not where the arm is straight or folded) would else speak against that place, frame after frame.
+/// A cue about a state; what was seen far off has more noise, as a Student's t would have it.
 ///
 /// # Errors
 /// As [`Cue::linearise`].
@@ -97,20 +93,28 @@ pub fn robust(
     covariance: Option<&DMatrix<f64>>,
 ) -> Result<Option<Linear>> {
     let found = cue.linearise(posed, state, covariance)?;
-    Ok(found.map(|(mut residual, mut slope, noise)| {
-        if cue.is_seen() {
-            let spread = |d: usize| covariance.map_or(0.0, |of| (slope.row(d) * of).dot(&slope.row(d)));
-            let far = (0..residual.len()).map(|d| residual[d] * residual[d] / (noise[(d, d)] + spread(d))).sum::<f64>();
-            return (residual, slope, noise * (far / ROBUST).max(1.0));
-        }
-        let rows = residual.len();
-        for d in 0..rows {
-            let sd = noise[(d, d)].sqrt();
-            residual[d] /= sd;
-            slope.row_mut(d).unscale_mut(sd);
-        }
-        (residual, slope, DMatrix::identity(rows, rows))
+    Ok(found.map(|(residual, slope, noise)| {
+        let spread = |d: usize| covariance.map_or(0.0, |of| (slope.row(d) * of).dot(&slope.row(d)));
+        let far = || (0..residual.len()).map(|d| residual[d] * residual[d] / (noise[(d, d)] + spread(d))).sum::<f64>();
+        let wider = if cue.is_seen() { (far() / ROBUST).max(1.0) } else { 1.0 };
+        (residual, slope, noise * wider)
     }))
+}
+
+/// What is known beforehand, so much of it told once and for all (0 to 1): in units of its standard deviation to that power.
+///
+/// A length is not measured anew in every frame. How widely it is known at a place (a forearm that lies beside the sensor's axis matters
+/// where the elbow is bent, not where the arm is straight or folded) would else speak against that place, frame after frame: slow arms
+/// were put at the other depth, where they were folded. What was seen stays as it is.
+pub fn told_once(cue: &dyn Cue, (mut residual, mut slope, mut noise): Linear, share: f64) -> Linear {
+    for d in 0..if cue.is_seen() { 0 } else { residual.len() } {
+        let unit = noise[(d, d)].powf(0.5 * share);
+        residual[d] /= unit;
+        slope.row_mut(d).unscale_mut(unit);
+        noise.row_mut(d).unscale_mut(unit);
+        noise.column_mut(d).unscale_mut(unit);
+    }
+    (residual, slope, noise)
 }
 
 #[cfg(test)]
@@ -270,16 +274,20 @@ mod tests {
         });
     }
 
-    /// Wherever it is as many of its own standard deviations off a constraint weighs the same.
+    /// The residual in standard deviations stays; what is told once has no width of its own, what was seen is as it was.
     #[test]
-    fn a_constraint_is_in_its_own_standard_deviations() {
-        with_posed(moment(), |posed, _| {
-            let at = some();
-            let (residual, slope, noise) = linear(&UpperArmLength, posed, &at);
-            let (in_sd, by_state, unit) = robust(&UpperArmLength, posed, &at, None).unwrap().unwrap();
-            let sd = noise[(0, 0)].sqrt();
-            assert!((in_sd * sd - residual).amax() < 1e-12 && (by_state * sd - slope).amax() < 1e-12);
-            assert_eq!(unit, DMatrix::identity(1, 1));
+    fn a_constraint_is_told_once() {
+        with_posed(moment(), |posed, sighting| {
+            let (at, of) = (some(), |cue: &dyn Cue| linear(cue, posed, &some()));
+            let (residual, slope, noise) = of(&UpperArmLength);
+            for share in [0.0, 0.7, 1.0] {
+                let (told, by_state, left) = told_once(&UpperArmLength, of(&UpperArmLength), share);
+                let in_sd = |residual: f64, noise: &DMatrix<f64>| residual / noise[(0, 0)].sqrt();
+                assert!((in_sd(told[0], &left) - in_sd(residual[0], &noise)).abs() < 1e-12);
+                assert!((by_state * residual[0] - &slope * told[0]).amax() < 1e-12);
+                assert!((left[(0, 0)] - noise[(0, 0)].powf(1.0 - share)).abs() < 1e-12);
+            }
+            assert_eq!(told_once(sighting, of(sighting), 1.0), linear(sighting, posed, &at));
         });
     }
 

@@ -169,7 +169,8 @@ impl<'a> Recorded<'a> {
         let Settled { at, cost, log_evidence, .. } = branch.settled(start)?;
         let in_sd =
             self.noise.clock.map_or(0.0, |clock| if clock.start_sd > 0.0 { delay_s / clock.start_sd } else { 0.0 });
-        let [log_density, log_fit] = [log_evidence, -0.5 * cost].map(|log| log - 0.5 * in_sd * in_sd);
+        let log_fit = branch.log_fit(&at, cost)?;
+        let [log_density, log_fit] = [log_evidence, log_fit].map(|log| log - 0.5 * in_sd * in_sd);
         Ok(Delayed { delay_s, log_density, log_fit, of: Retimed { moments: branch.moments(), at } })
     }
 
