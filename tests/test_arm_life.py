@@ -185,13 +185,25 @@ def test_worn_the_mixture_is_better_than_what_was_the_default_and_its_bands_hold
 
 
 def test_on_the_circle_it_is_better_than_the_filters_beside_it() -> None:
+    """The price of slow arms: 3.4 cm where the length spoke in every frame anew for arms held straight, or folded."""
     error, coverage = pooled(pt.Mixture(), pt.ArmScene(), range(1, 6))
-    assert error < 0.042
+    assert error < 0.052
     assert coverage.min() > 0.93
     ekf, _ = pooled(
         pt.Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15), pt.ArmScene(), range(1, 6)
     )
     assert error < 0.8 * ekf
+
+
+@pytest.mark.parametrize(
+    ("method", "limit_m", "least"), [(pt.Smooth(), 0.15, 0.9), (pt.Mixture(), 0.24, 0.7)], ids=["smooth", "mixture"]
+)
+def test_slow_arms_are_put_at_the_right_depth_or_at_both(method: ArmMethod, limit_m: float, least: float) -> None:
+    """Where the sensor feels next to nothing: 21 and 23 cm, bands that held half of it, sure that arms were folded."""
+    scene = pt.ArmScene(pattern="gesture", worn=True, period_s=10.0)
+    error, coverage = pooled(method, scene, range(201, 206))
+    assert error < limit_m
+    assert coverage.min() > least
 
 
 def test_the_clock_is_found_while_tracking() -> None:
@@ -207,7 +219,7 @@ def test_another_renderers_recording(shared: Callable[[str], Path]) -> None:
     assert isinstance(recording, pt.ArmRecording)
     track = pt.track(recording, pt.Mixture())
     scores = pt.evaluate(track, recording.truth).joints["wrist"]
-    assert scores.rms_m < 0.04
+    assert scores.rms_m < 0.045
     assert min(scores.coverage) > 0.9
     assert pt.doubts(track) == ()
     assert unbelieved(track) == ()

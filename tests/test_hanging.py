@@ -62,7 +62,7 @@ def drinking(time_s: Array, seed: int) -> Array:
         went += (-1.0) ** stroke * share**3 * (10.0 - 15.0 * share + 6.0 * share**2)
         at_s += takes_s + rng.uniform(0.5, 2.5)
     trembles = 0.001 * np.sin(2.0 * np.pi * 5.1 * time_s)
-    return np.outer(went, [-0.05, -0.22, 0.40]) + np.outer(trembles, [0.6, 0.6, 0.5])
+    return np.asarray(np.outer(went, [-0.05, -0.22, 0.40]) + np.outer(trembles, [0.6, 0.6, 0.5]))
 
 
 @pytest.mark.parametrize("seed", range(4))

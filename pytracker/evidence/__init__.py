@@ -13,7 +13,7 @@
 | `subject`, `followed`, `points_late` | whose keypoints are whose, left or right, and of which frame |
 | `lag`, `clocks`, `hanging` | whether a patch moves as the sensor does: later, slower, or not at all |
 | `borne_out`, `points_borne_out`, `ambiguity` | whether pictures, skin and keypoints bear a pose out |
-| `lately` | what was so over the last moments |
+| `lately`, `frozen` | what was so over the last moments; pictures that hung |
 | `trunk`, `stature`, `facing` | whether who is seen is as large, as tall, and turned as is tracked |
 | `stands_out`, `cut_off` | whether the person differs from the background; whether hands may be hidden |
 | `coloured`, `boards`, `grid` | coloured things that move; calibration boards; a grid of pixels |

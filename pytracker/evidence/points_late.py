@@ -67,6 +67,17 @@ class PointsLate:
         nearest = each.min(axis=-1)
         self._off_m.append(np.where(np.isfinite(nearest), nearest, np.nan))
 
+    def off_skin(self) -> tuple[float, float]:
+        """How far wrists lie from skin in the frames that they are counted as, on average, and its spread, m.
+
+        NaN where too few frames tell.
+        """
+        off = np.array(self._off_m).reshape(-1, len(self.late))[:, int(np.argmax(self.late == 0))]
+        told = off[np.isfinite(off)]
+        if len(told) <= LEAST_SHARE * max(1, len(off)):
+            return np.nan, np.nan
+        return float(told.mean()), float(told.std())
+
     def found(self) -> tuple[int, float]:
         """By how many frames they fit best if they are late, and by how much better than as they are counted, m."""
         off = np.array(self._off_m).reshape(-1, len(self.late))

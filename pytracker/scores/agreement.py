@@ -150,7 +150,7 @@ def _other(track: Array, as_is: Array, other: Array, words: str) -> _Other:
 
     A truth that stands still is in the middle of any track.
     """
-    known = np.isfinite(track + as_is).all(axis=-1)
+    known = np.asarray(np.isfinite(track + as_is).all(axis=-1))
     both = known & np.isfinite(other).all(axis=-1)
     if both.sum() < max(1.0, BETTER * known.sum()) or _moves(other, both) < MOVES * _moves(as_is, both):
         return _Other(np.inf, 0.0, BETTER, words)

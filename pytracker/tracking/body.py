@@ -14,6 +14,7 @@ from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Trac
 from pytracker.evidence.borne_out import head_off
 from pytracker.evidence.facing import FaceSeen
 from pytracker.evidence.followed import followed
+from pytracker.evidence.frozen import HUNG, Frozen
 from pytracker.evidence.points_borne_out import median_off_m
 from pytracker.evidence.points_late import points_late_of
 from pytracker.evidence.senses import senses_of
@@ -30,6 +31,7 @@ from pytracker.tracking.tracks import Track
 
 __all__ = ["BodyTrack", "Shown", "track_body"]
 
+NOT_TOLD = (float("nan"), float("nan"))
 LOOK_EVERY = 10
 """In every so many frames it is looked whether a face is seen."""
 
@@ -75,6 +77,8 @@ class BodyTrack(Track):
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
         points_late: by how many frames keypoints fit the pictures best if they are taken to be late, and by how much
             nearer to skin wrists then lie than as they are counted, m; 0 and 0 where nothing better was found.
+        points_off_skin_m: how far from skin they lie as they are counted, on average, and its standard deviation, m;
+            NaN where that is not told.
         points_exchanged: in which frames left and right of the keypoints had to be exchanged for that `(T,)`.
         shown: the evidence of a frame about the middle; None without a video.
         gains: of blue, green and red, by which pictures were multiplied to have the face of the first frame as faces
@@ -95,6 +99,7 @@ class BodyTrack(Track):
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
     points_late: tuple[int, float] = (0, 0.0)
+    points_off_skin_m: tuple[float, float] = NOT_TOLD
     points_exchanged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     shown: Shown | None = None
     gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -113,6 +118,7 @@ class _Watched:
         self._recording, self._pictures = recording, PictureWatch(recording, shrunk)
         self.face = FaceSeen(self._pictures.seen_by)
         self.late = points_late_of(recording.view, shrunk)
+        self.frozen = Frozen()
         self.head_off_m = np.full(2, np.nan)
         self.on_person: list[float] = []
         self.floods: list[bool] = []
@@ -138,6 +144,8 @@ class _Watched:
         """Take a frame that has a picture, and its key joints and their standard deviations."""
         frame, index, evidence = len(self._seen), observation.index or 0, observation.evidence
         self._show(frame, index, evidence)
+        assert evidence.image is not None
+        self.frozen.look(observation.time_s, evidence.image)
         if not frame:
             self.head_off_m = head_off(self._pictures.seen_by, self._pictures.first, evidence)
         if self.late is not None:
@@ -217,6 +225,9 @@ def _reasons(
     if watched.on_person and is_blob_bound(method):
         blind = [not np.isfinite(row).any() for row in blobs]
         seen = [words or ({"": NO_BLOB} if none else {}) for words, none in zip(seen, blind, strict=True)]
+    if watched.on_person:
+        hung = watched.frozen.hung()
+        seen = [together(words, {"": HUNG if hangs else ""}) for words, hangs in zip(seen, hung, strict=True)]
     has_moved = camera_moved(recording.view, found.time_s[: found.tracked], found.table["root"][:, 0])
     said = [
         together(words, {"": str(doubt)}, {"": MOVED if moved else ""})
@@ -266,6 +277,7 @@ def _assemble(
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(np.array(watched.points_astray_m)),
         points_late=(0, 0.0) if watched.late is None else watched.late.found(),
+        points_off_skin_m=NOT_TOLD if watched.late is None else watched.late.off_skin(),
         points_exchanged=np.array(watched.exchanged + [False] * (found.count - found.tracked)),
         shown=watched.shown,
         stage_s=stage_s,
