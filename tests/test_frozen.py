@@ -17,7 +17,7 @@ def hung(at_px: np.ndarray, *, noise: float = 3.0, stays: tuple[int, int] = (0, 
     for k, x in enumerate(at_px):
         if not stays[0] < k < stays[1]:
             image = np.full((96, 128, 3), 90.0)
-            image[40:60, round(x) : round(x) + 16] = 190.0
+            image[40:60, round(x) : round(x) + 32] = 190.0
             shown = np.clip(image + noise * rng.standard_normal(image.shape), 0, 255).astype(np.uint8)
         # As a coder leaves it, which sends a whole picture now and then.
         coded = shown.astype(int) + (k % 15 == 0) * (rng.random(shown.shape) < 0.2)
