@@ -151,6 +151,15 @@ impl Tracker {
             let error = Error::TooLate { what: observation.what.name(), time_s, late_s, delay_s };
             return Err(numbered(error, &observation));
         }
+        // Told of the one that comes again, not of another when both are due; of landmarks there may be several at a time.
+        let is_twin = |other: &Observation| {
+            let of = |one: &Observation| (one.time_s, one.source, one.what.name());
+            of(other) == of(&observation) && !matches!(observation.what, What::Landmark(_))
+        };
+        if self.waiting.iter().any(is_twin) {
+            let error = Error::Late { what: observation.what.name(), time_s, latest_s: time_s };
+            return Err(numbered(error, &observation));
+        }
         self.newest_s = self.newest_s.max(time_s);
         // Of the same time a sample comes before a frame.
         let key = |o: &Observation| (o.time_s, o.what.is_frame());

@@ -195,6 +195,21 @@ def test_what_comes_late_is_put_in_order_and_refused_beyond_the_delay(
         late.observe(pt.Observation.patch(0.12, (300.0, 250.0), 3))
 
 
+def test_what_comes_twice_is_told_of_itself_where_late_ones_are_waited_for(
+    simulation: ArmSimulation, sightings: pt.Sightings
+) -> None:
+    """It was told of a later observation, when both were due, and estimates stayed behind it."""
+    recording, method = simulation.recording(), pt.Ekf()
+    tracker, found = pt.Tracker(recording, method, delay_s=0.1), []
+    for observed in recording.observations(sightings):
+        found += [estimate for estimate in [tracker.observe(observed)] if estimate]
+        with pytest.raises(pt.InputError, match=f"{observed.index}: .* comes .*{observed.time_s:g}"):
+            tracker.observe(observed)
+    found += tracker.finish()
+    track = pt.track(recording, method, sightings=sightings)
+    assert np.array_equal([e.places["wrist"].mean for e in found], track.joints["wrist"].mean)
+
+
 def test_an_observation_of_another_subject_is_refused(body: pt.BodyRecording) -> None:
     turned = pt.Observation.orientation(0.0, "left_forearm", (1.0, 0.0, 0.0, 0.0), 0.1)
     with pytest.raises(pt.InputError, match="orientation of a forearm is not what this tracker takes"):
