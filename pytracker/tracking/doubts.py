@@ -58,8 +58,8 @@ MOST_FRAMES = 500
 """More take longer, and what evidence others have over a right description grows with them: the limit is of these."""
 
 CERTAIN = 50.0
-"""Log evidence by which another description must be better; of 96 right worn arms, seen from four places, one was beaten
-by 45, the others by 34 at most."""
+"""Log evidence by which another description must be better; of 96 right worn arms, seen from four places, one was
+beaten by 45, the others by 34 at most."""
 
 CERTAIN_HELD = 0.4
 """The same of each frame where the arm's length counts; right ones that are worn, of four views, have 0.26 at most, of
