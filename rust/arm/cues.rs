@@ -106,8 +106,12 @@ pub fn robust(
 /// A length is not measured anew in every frame. How widely it is known at a place (a forearm that lies beside the sensor's axis matters
 /// where the elbow is bent, not where the arm is straight or folded) would else speak against that place, frame after frame: slow arms
 /// were put at the other depth, where they were folded. What was seen stays as it is.
-pub fn told_once(cue: &dyn Cue, (mut residual, mut slope, mut noise): Linear, share: f64) -> Linear {
-    for d in 0..if cue.is_seen() { 0 } else { residual.len() } {
+pub fn told_once(cue: &dyn Cue, linear: Linear, share: f64) -> Linear {
+    if cue.is_seen() {
+        return linear;
+    }
+    let (mut residual, mut slope, mut noise) = linear;
+    for d in 0..residual.len() {
         let unit = noise[(d, d)].powf(0.5 * share);
         residual[d] /= unit;
         slope.row_mut(d).unscale_mut(unit);
