@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
+from conftest import load_body
 
-from pytracker.evidence.frozen import Frozen
+import pytracker as pt
+from pytracker.evidence.frozen import HUNG, Frozen
+from pytracker.formats.video import frames
+from pytracker.formats.video_write import VideoWriter
 
 RATE_HZ = 30.0
 
@@ -42,3 +50,22 @@ def test_who_holds_still_and_goes_on_is_not(noise: float) -> None:
 def test_a_moment_does_no_harm() -> None:
     assert hung(GOES, stays=(55, 61)) == []
     assert hung(GOES[:3]) == []
+
+
+def test_frames_of_a_body_that_hang_are_not_valid(sensed: Path, tmp_path: Path) -> None:
+    """They were, tens of centimetres off where the hands had moved on."""
+    folder = tmp_path / "hung"
+    shutil.copytree(sensed, folder)
+    images = [frame.image for frame in frames(folder / "video.mp4")]
+    height, width = images[0].shape[:2]
+    with VideoWriter(folder / "hung.mp4", "mp4v", RATE_HZ, (width, height)) as writer:
+        for image in [*images[:50], *[images[50]] * 25, *images[75:]]:
+            writer.write(image)
+    text = (folder / "recording.toml").read_text("utf-8").replace("video.mp4", "hung.mp4")
+    (folder / "recording.toml").write_text(text, "utf-8")
+    recording = load_body(folder)
+    recording = replace(recording, view=replace(recording.view, keypoints=None), imus=(), imu_sds_rad=())
+    track = pt.track(recording, pt.Partitioned(particles=50), 1)
+    said = np.flatnonzero([HUNG in words for words in track.reason])
+    assert said.tolist() == list(range(51, 75))
+    assert not track.valid[said].any()

@@ -43,7 +43,8 @@ class BodyWatch:
             if estimate is not None:
                 print(estimate.time_s, watch.reasons(estimate))
 
-    Of a filter these are the reasons of `track`, frame by frame. What `doubts` asks of a whole recording is not asked.
+    Of a filter these are the reasons of `track`, frame by frame, but for what only later frames tell: that the picture
+    hung, or that the camera moved. What `doubts` asks of a whole recording is not asked.
 
     Args:
         recording: what the tracker was set up by.
