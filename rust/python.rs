@@ -9,6 +9,7 @@ mod body_arguments;
 mod body_evidence;
 mod border;
 mod estimate;
+mod numbers;
 mod observation;
 mod record;
 mod resample;
@@ -73,7 +74,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
-        super::border::remember_process();
+        super::border::hear_of_forks(module)?;
         // The frames before a loss; of a track that was lost at the first frame there are none.
         module.py().get_type::<TrackingError>().setattr("track", module.py().None())?;
         // Tuples, and a view: nobody may change them.

@@ -57,6 +57,36 @@ def test_smoothing_while_another_thread_tracks_is_an_error() -> None:
     assert next(busy.smoothed(), None) is None
 
 
+@pytest.mark.parametrize(
+    "as_given",
+    [
+        np.array,
+        lambda row: np.array(row, np.float32).tolist(),
+        lambda row: np.array(row, np.float32),
+        lambda row: np.repeat(np.array(row), 2)[::2],
+        lambda row: np.repeat(np.array(row), 2).reshape(-1, 2)[:, 0],
+        lambda row: np.array(row).astype(">f8"),
+        lambda row: np.array([row])[0],
+    ],
+)
+def test_numbers_come_as_any_sequence(as_given: Callable[[tuple[float, ...]], Any]) -> None:
+    """An array of floats is read as it lies in memory, whatever its strides; all else by element."""
+    plain, other = tracker(), tracker()
+    up, turn, pixel = (0.5, -0.25, 9.75), (0.125, 0.25, -0.5), (390.0, 345.5)
+    plain.observe(pt.Observation.inertial(0.01, up, LEVEL, turn))
+    other.observe(pt.Observation.inertial(0.01, as_given(up), as_given(LEVEL), as_given(turn)))
+    expected = estimated(plain, pt.Observation.patch(0.02, pixel)).places["wrist"]
+    found = estimated(other, pt.Observation.patch(0.02, as_given(pixel))).places["wrist"]
+    np.testing.assert_array_equal(found.mean, expected.mean)
+    np.testing.assert_array_equal(found.hi, expected.hi)
+
+
+@pytest.mark.parametrize("wrong", [(0.0, 9.81), (0.0, 0.0, 9.81, 1.0), np.zeros(2), np.zeros((1, 3)), "abc", None])
+def test_too_few_or_other_numbers_are_refused(wrong: Any) -> None:
+    with pytest.raises((TypeError, ValueError)):
+        pt.Observation.inertial(0.0, wrong, LEVEL)
+
+
 def work_of_a_child(method: Any) -> float:
     made = tracker(method)
     for k in range(1, 5):

@@ -3,19 +3,31 @@
 use crate::error::{guarded, require};
 use crate::{Error, Result};
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::process;
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 /// No laptop has more; each costs a stack.
 const MOST_THREADS: usize = 256;
 
-/// The process that loaded this module.
-static BORN_IN: OnceLock<u32> = OnceLock::new();
+/// Whether this process was forked from one that had loaded this module.
+static FORKED: AtomicBool = AtomicBool::new(false);
 
-/// Remember which process this is.
-pub fn remember_process() {
-    BORN_IN.get_or_init(process::id);
+/// What a forked process does first.
+#[pyfunction]
+fn forked() {
+    FORKED.store(true, Ordering::Relaxed);
+}
+
+/// Hear of every fork: to ask the system at each call which process this is would cost more than an IMU sample does.
+pub fn hear_of_forks(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    let os = module.py().import("os")?;
+    // Not every system forks.
+    let Ok(register) = os.getattr("register_at_fork") else { return Ok(()) };
+    let hook = wrap_pyfunction!(forked, module)?;
+    register.call((), Some(&[("after_in_child", hook)].into_py_dict(module.py())?)).map(|_| ())
 }
 
 /// Do `work` without the interpreter's lock, on `threads` threads, on as many as there are where none are said.
@@ -35,7 +47,7 @@ fn on_threads<R: Send>(threads: Option<usize>, work: impl FnOnce() -> Result<R> 
         return pool(count)?.install(work);
     }
     // A forked process has the parent's pool without its threads: waiting for them would never end.
-    if BORN_IN.get().is_some_and(|born| *born != process::id()) { pool_of_child()?.install(work) } else { work() }
+    if FORKED.load(Ordering::Relaxed) { pool_of_child()?.install(work) } else { work() }
 }
 
 /// The only thread of a forked process, made once; its siblings use the other processors.

@@ -1,6 +1,7 @@
 //! `Observation`: what reaches a tracker, read from Python.
 
 use super::body_evidence::{extract_evidence, orientation};
+use super::numbers::Numbers;
 use super::{rows, same_length};
 use crate::Error;
 use crate::arm::cues::landmark::{Landmark, SeenJoint};
@@ -27,7 +28,7 @@ pub struct Observation {
 #[derive(FromPyObject)]
 enum Pixels {
     #[pyo3(transparent)]
-    One([f64; 2]),
+    One(Numbers<2>),
     #[pyo3(transparent)]
     Several(Vec<Option<[f64; 2]>>),
 }
@@ -41,6 +42,18 @@ fn made(of: observation::Observation, index: Option<usize>) -> Observation {
     Observation { of: observation::Observation { index, ..of }, given: None }
 }
 
+fn sampled(
+    time_s: f64,
+    acc: [f64; 3],
+    q_world_sensor: [f64; 4],
+    gyr: Option<[f64; 3]>,
+    index: Option<usize>,
+) -> Observation {
+    let world_sensor = Quaternion::from_wxyz(q_world_sensor);
+    let sample = Sample { time_s, acceleration: acc.into(), world_sensor, turn_rate: gyr.map(Vector3::from) };
+    made(observation::Observation::inertial(sample), index)
+}
+
 #[pymethods]
 impl Observation {
     /// An arm's IMU sample: specific force `(3,)` in m/s², orientation `(4,)` sensor to world (w first), and turn rate
@@ -49,14 +62,12 @@ impl Observation {
     #[pyo3(signature = (time_s, acc, q_world_sensor, gyr = None, index = None))]
     fn inertial(
         time_s: f64,
-        acc: [f64; 3],
-        q_world_sensor: [f64; 4],
-        gyr: Option<[f64; 3]>,
+        acc: Numbers<3>,
+        q_world_sensor: Numbers<4>,
+        gyr: Option<Numbers<3>>,
         index: Option<usize>,
     ) -> Self {
-        let world_sensor = Quaternion::from_wxyz(q_world_sensor);
-        let sample = Sample { time_s, acceleration: acc.into(), world_sensor, turn_rate: gyr.map(Vector3::from) };
-        made(observation::Observation::inertial(sample), index)
+        sampled(time_s, acc.0, q_world_sensor.0, gyr.map(|gyr| gyr.0), index)
     }
 
     /// An arm's camera frame: where the patch was seen, `(u, v)`, `None` where it was not; of several cameras a list.
@@ -65,7 +76,7 @@ impl Observation {
     fn patch(time_s: f64, pixel: Option<Pixels>, index: Option<usize>) -> Self {
         let pixels = match pixel {
             None => vec![None],
-            Some(Pixels::One(pixel)) => vec![seen(pixel)],
+            Some(Pixels::One(pixel)) => vec![seen(pixel.0)],
             Some(Pixels::Several(several)) => several.into_iter().map(|p| p.and_then(seen)).collect(),
         };
         made(observation::Observation::patch(time_s, pixels), index)
@@ -135,8 +146,7 @@ impl Observation {
         if let Some(gyr) = &gyr {
             same_length("gyr", gyr.len(), &time_s)?;
         }
-        let one =
-            |(i, &at): (usize, &f64)| Self::inertial(at, acc[i], q[i], gyr.as_ref().map(|gyr| gyr[i]), Some(first + i));
+        let one = |(i, &at): (usize, &f64)| sampled(at, acc[i], q[i], gyr.as_ref().map(|gyr| gyr[i]), Some(first + i));
         Ok(time_s.as_array().iter().enumerate().map(one).collect())
     }
 

@@ -21,6 +21,7 @@ use crate::{Error, Result, observation};
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use std::borrow::Cow;
 
 /// Follows an arm or a body, observation by observation: `Tracker(recording, method, seed)`.
 ///
@@ -186,14 +187,15 @@ impl Tracker {
     /// what is not seen or without it (see `particles`). Raises `InputError`.
     fn pose<'py>(&self, py: Python<'py>, states: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyDict>> {
         let view = states.as_array();
-        let given = view.as_slice().map_or_else(|| view.iter().copied().collect(), <[f64]>::to_vec);
+        let given = view.as_slice().map_or_else(|| view.iter().copied().collect(), Cow::Borrowed);
         let places = compute(py, None, || self.0.pose(&ParticleSet::from_rows(view.ncols(), &given)?))?;
         let out = PyDict::new(py);
         for (p, name) in self.0.places().into_iter().enumerate() {
-            let mut points = Vec::with_capacity(3 * places.len());
+            let mut points = vec![0.0; 3 * places.len()];
+            let mut rest = points.chunks_exact_mut(3);
             for block in places.blocks() {
                 let [x, y, z] = block.columns::<3>(3 * p);
-                points.extend((0..block.len()).flat_map(|i| [x[i], y[i], z[i]]));
+                (0..block.len()).zip(&mut rest).for_each(|(i, point)| point.copy_from_slice(&[x[i], y[i], z[i]]));
             }
             out.set_item(name, PyArray1::from_vec(py, points).reshape([places.len(), 3])?)?;
         }
