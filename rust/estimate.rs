@@ -121,6 +121,12 @@ impl Point {
         Self::of_normals(&parts.iter().map(|(weight, point)| (*weight, point.mean, point.sd)).collect::<Vec<_>>())
     }
 
+    /// The same, as widely known as another of the same place: its band, and its spread about this mean.
+    pub(crate) fn with_bands_of(self, other: &Self) -> Self {
+        let sd = Vector3::from_fn(|d, _| other.sd[d].hypot(other.mean[d] - self.mean[d]));
+        Self { sd, lo: other.lo, hi: other.hi, ..self }
+    }
+
     pub(crate) fn moved(&self, by: Vector3<f64>) -> Self {
         Self { mean: self.mean + by, mode: self.mode + by, sd: self.sd, lo: self.lo + by, hi: self.hi + by }
     }

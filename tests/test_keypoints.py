@@ -175,6 +175,7 @@ def write(path: Path, text: str) -> Path:
         (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\n,"), "has a header but no rows"),
         (lambda p: write(p / "a.csv", "left_wrist_x,left_wrist_y\nnan,1"), "no joint is seen in any of 1 frames"),
         (lambda p: write(p / "a.csv", "head_x,head_y,head_confidence\n5,1,0"), "every confidence is 0"),
+        (lambda p: write(p / "a.csv", "head_x,head_y,head_confidence\n5,1,"), "every confidence is empty"),
         (lambda p: openpose(p / "kp", [person("coco_17", 0.0)]), "every confidence is 0, .* in any of 3 frames"),
         (lambda p: write(p / "a.csv", "scorer,a\nbodyparts,b"), "has no rows of bodyparts and coords"),
     ],

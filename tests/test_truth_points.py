@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -12,13 +13,15 @@ import pytest
 from test_cli import run
 
 import pytracker as pt
+from pytracker._core import KEY_JOINTS
 from pytracker.formats.c3d import read_c3d
 from pytracker.formats.markers import Markers, check_times, without_fillers
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.camera import Camera, WeakPerspective
-from pytracker.recording.truth import POINT_FORMATS
+from pytracker.recording.schema import TruthEntry
+from pytracker.recording.truth import POINT_FORMATS, load_points
 from pytracker.report.tables import TrackFile
 from pytracker.rotation import Array, Matrix
 from pytracker.scores.evaluate import held
@@ -91,6 +94,35 @@ def test_a_truth_may_stand_below_comments(tmp_path: Path) -> None:
     path = tmp_path / "t.csv"
     path.write_text("# exported\n\ntime_s,wrist_x_m,wrist_y_m,wrist_z_m\n0,1,2,3\n0.1,1,2,3\n")
     assert read_truth_csv(path).positions_m["wrist"][1] == pytest.approx([1, 2, 3])
+
+
+def test_points_that_are_called_nearly_like_joints_are_not_dropped_in_silence(tmp_path: Path) -> None:
+    """Of root, head and leftWrist two were scored, as if they were the body."""
+    names = ["root", "head", "leftWrist", "RElbow", "Pelvis"]
+    columns = ",".join(f"{name}_{axis}_m" for name in names for axis in "xyz")
+    rows = [",".join(map(str, [k / 10, *range(1, 3 * len(names) + 1)])) for k in range(3)]
+    file = tmp_path / "t.csv"
+    file.write_text("\n".join([f"time_s,{columns}", *rows]), "utf-8")
+    truth, said = load_points(tmp_path / "r.toml", file, TruthEntry(file="t.csv"), KEY_JOINTS, kind="body")
+    assert set(truth.joints_m) == {"root", "head"}
+    assert any(
+        "root, head are taken for truth" in words and "RElbow, leftWrist are not: truth" in words for words in said
+    )
+    told = TruthEntry(file="t.csv", markers={"head": "head"})
+    assert not any("are not" in words for words in load_points(tmp_path, file, told, KEY_JOINTS, kind="body")[1])
+
+
+@pytest.mark.parametrize(
+    ("column", "expected"),
+    [
+        ("left_wrist_x_mm", "<joint>_x_m but time_s, left_wrist_x_mm"),
+        ("left_wrist_x_m", "left_wrist_y_m, left_wrist_z_m but"),
+    ],
+)
+def test_a_header_in_other_units_is_shown(tmp_path: Path, column: str, expected: str) -> None:
+    (tmp_path / "t.csv").write_text(f"time_s,{column}\n0,1\n", "utf-8")
+    with pytest.raises(pt.InputError, match=re.escape(expected)):
+        read_truth_csv(tmp_path / "t.csv")
 
 
 def test_a_value_of_a_trc_may_be_blank(tmp_path: Path) -> None:

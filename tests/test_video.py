@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import base64
 import os
+import shutil
 import struct
+import subprocess
 import zlib
 from fractions import Fraction
 from pathlib import Path
@@ -111,6 +113,36 @@ def test_no_frames_is_named(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -
     path = write_video(tmp_path / "none.avi", count=0, fourcc="MJPG")
     assert path.name in message(path)
     capfd.readouterr()
+
+
+@pytest.mark.parametrize(("count", "is_refused"), [(5, False), (40, True)])
+def test_one_picture_throughout_is_refused(tmp_path: Path, count: int, is_refused: bool) -> None:
+    """As OpenCV gives of interlaced videos what happened to lie in memory, and says that it was read."""
+    path = tmp_path / "still.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 25.0, (64, 48))
+    for _ in range(count):
+        writer.write(np.full((48, 64, 3), 90, dtype=np.uint8))
+    writer.release()
+    if not is_refused:
+        assert video.probe(path).frame_count == count
+        return
+    with pytest.raises(pt.InputError, match=r"same picture, byte for byte.*interlaced.*-vf yadif"):
+        video.probe(path)
+
+
+def test_an_interlaced_video_is_decoded_or_refused(tmp_path: Path) -> None:
+    ffmpeg = shutil.which("ffmpeg")
+    if ffmpeg is None:
+        pytest.skip("ffmpeg, which writes interlaced videos, is not there")
+    path = tmp_path / "a.mpg"
+    pictures = write_video(tmp_path / "a.avi", 40, fourcc="MJPG")
+    codec = ["-vf", "setfield=tff,format=yuv420p", "-c:v", "mpeg2video", "-q:v", "3", "-flags", "+ilme+ildct"]
+    subprocess.run([ffmpeg, "-v", "error", "-i", pictures, *codec, path], check=True)  # noqa: S603
+    grey = [float(frame.image.mean()) for frame in video.frames(path)]
+    if np.allclose(grey[:30], 8 * np.arange(30), atol=6):
+        return
+    with pytest.raises(pt.InputError, match="interlaced"):
+        video.probe(path)
 
 
 def test_streaming_needs_no_memory(tmp_path: Path) -> None:

@@ -28,9 +28,10 @@ def read_truth_csv(path: Path | str) -> Markers:
     wanted = {"time_s", *(f"{joint}_{axis}_m" for joint in joints for axis in "xyz")}
     missing = sorted(wanted - set(names))
     if missing or not joints:
+        column = ", ".join(missing) or "<joint>_x_m"
         raise InputError(
-            f"{path}:{first + 1}: header has no column {', '.join(missing) or 'wrist_x_m'}, expected time_s and "
-            "<joint>_x_m, <joint>_y_m, <joint>_z_m"
+            f"{path}:{first + 1}: header has no column {column} but {', '.join(names)[:200]}, expected time_s and "
+            "<joint>_x_m, <joint>_y_m, <joint>_z_m, seconds and metres"
         )
     if twice := [name for name in names if name in wanted and names.count(name) > 1]:
         raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected each name once")

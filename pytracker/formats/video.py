@@ -41,6 +41,8 @@ PICTURES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
 """Of which folders of frames are made."""
 TRUNCATED_SHARE = 0.9
 """Fewer frames than this share of what the container promises, and the file is taken to be cut short."""
+GLANCES = 12
+"""So many frames after the first, half of them spread over the whole video: no camera gives the same bytes in all."""
 MOST_FRAMES = 100_000_000
 """A header that says more was never finished."""
 
@@ -106,8 +108,11 @@ def opened(path: Path) -> cv2.VideoCapture:
     return capture
 
 
-def probe(path: Path) -> VideoInfo:
-    """Open `path` and decode its first frame. Raises `InputError`."""
+def probe(path: Path, *, is_still: bool = False) -> VideoInfo:
+    """Open `path` and decode its first frame.
+
+    Raises `InputError`, also for one picture throughout, unless `is_still` says that it may be: a background.
+    """
     capture = opened(path)
     try:
         ok, image = capture.read()
@@ -125,10 +130,35 @@ def probe(path: Path) -> VideoInfo:
                 f"{path}: its header says {count} frames and {avi.count} are there: it is cut short, or frames are "
                 "missing within; expected a whole file"
             )
+        if not is_still:
+            _require_change(path, capture, image, count)
         rate = capture.get(cv2.CAP_PROP_FPS)
         return VideoInfo(image.shape[1], image.shape[0], count, max(0.0, float(rate)))
     finally:
         capture.release()
+
+
+def _require_change(path: Path, capture: cv2.VideoCapture, first: Any, count: int) -> None:
+    """Raises `InputError` for a video that is one picture, byte for byte.
+
+    Of frames that are flagged as interlaced some versions of OpenCV say that they were read, and give what happened to
+    lie in memory.
+    """
+    spread = np.linspace(0, count - 1, GLANCES // 2 + 2).astype(int)[1:-1].tolist()
+    looked = 1
+    for index in [None] * (GLANCES // 2) + (spread if count > GLANCES else []):
+        if index is not None:
+            capture.set(cv2.CAP_PROP_POS_FRAMES, float(index))
+        ok, image = capture.read()
+        if ok and not np.array_equal(first, image):
+            return
+        looked += ok
+    if looked > GLANCES // 2:
+        raise InputError(
+            f"{path}: {looked} frames from all over it are the same picture, byte for byte, expected a video in which "
+            f"something moves: is it interlaced, which OpenCV {OPENCV} may not decode (ffmpeg -i {path.name} -vf yadif "
+            "-crf 18 progressive.mp4 makes it progressive), or a still?"
+        )
 
 
 def _promised(path: Path, capture: cv2.VideoCapture) -> int:
@@ -192,10 +222,12 @@ def frames(path: Path | str) -> Iterator[Frame]:
 def time_of(path: Path, capture: cv2.VideoCapture, index: int, last_s: float) -> float:
     """Of the frame that was read, s by the container; `last_s` is of the one before.
 
-    An AVI has no times but the order in which frames are decoded: of the last, which B-frames hold back, there is none.
+    An AVI has no times but the order in which frames are decoded: of the last, which B-frames hold back, there is none;
+    nor is there in a program stream (.mpg).
     """
     time_s = float(capture.get(cv2.CAP_PROP_POS_MSEC)) / 1000.0
-    if index and time_s == 0.0 and frames_of_avi(path) is not None and capture.get(cv2.CAP_PROP_FPS) > 0:
+    has_none = index and time_s == 0.0 and (last_s > 0.0 or frames_of_avi(path) is not None)
+    if has_none and capture.get(cv2.CAP_PROP_FPS) > 0:
         return last_s + 1.0 / float(capture.get(cv2.CAP_PROP_FPS))
     return time_s
 

@@ -7,6 +7,7 @@
 | `arm_start`, `upper_arm` | an arm's first place; a second sensor on it |
 | `arm_truth`, `body_truth` | what was measured besides, checked |
 | `truth_filled`, `truth_strays` | rows of it that nobody measured |
+| `truth_names` | points that are called like joints |
 | `keypoint_frames`, `keypoint_spreads`, `keypoints_filled` | of which frames, how good, and which nobody saw |
 | `found_pose`, `upright` | a first pose that was found; worlds with another axis up |
 | `camera` | pinhole and weak perspective |

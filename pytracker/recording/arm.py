@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import filecmp
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -55,9 +57,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     imu, warnings = load_imu(folder, f"{path}: imu[0]", entry.imu[0], worn_by)
     mount = np.array(entry.imu[0].mount)
     mount /= np.linalg.norm(mount)
-    videos = [(folder / camera.video).resolve() for camera in entry.camera]
-    if len(set(videos)) < len(videos):
-        raise InputError(f"{path}: two of its cameras have one video, {entry.camera[-1].video}, expected one each")
+    _require_own_files(folder, path, entry)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
     views, of_keypoints = _detected(folder, entry, views)
     overlap_warnings = _check_overlap(views, imu) + of_keypoints + _odd_cameras(path, views)
@@ -81,9 +81,6 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
         wrist_start_m=start,
         side=entry.arm.side,
     )
-    worn_files = [(folder / worn.file).resolve() for worn in entry.imu]
-    if len(set(worn_files)) < len(worn_files) and not holds_several(worn_files[0]):
-        raise InputError(f"{path}: imu[1].file is that of imu[0], {entry.imu[1].file}, expected another sensor's")
     upper = [upper_arm_imu(folder, f"{path}: imu[1]", worn, arm, imu, views[0].start_s) for worn in entry.imu[1:]]
     sensors = [file for worn in entry.imu for file in files_of_imu(folder / worn.file)]
     names = [worn.orientation_file for worn in entry.imu]
@@ -173,6 +170,22 @@ def _view(folder: Path, place: str, entry: CameraEntry, mount: Array, side: str)
         patches={str(joint): box for joint, box in entry.patches.items()}, keypoints=keypoints,
         moves=camera_moves(file),
     )  # fmt: skip
+
+
+def _require_own_files(folder: Path, path: Path, entry: ArmFile) -> None:
+    """Raises `InputError` where two cameras, or two sensors, have one file, or copies of one."""
+    videos = [(f"camera[{k}].video", camera.video) for k, camera in enumerate(entry.camera)]
+    worn = [(f"imu[{k}].file", imu.file) for k, imu in enumerate(entry.imu)]
+    several = holds_several(folder / entry.imu[0].file)
+    for (first, one), (second, other) in (
+        *itertools.combinations(videos, 2),
+        *([] if several else itertools.combinations(worn, 2)),
+    ):
+        files = folder / one, folder / other
+        if files[0].resolve() == files[1].resolve():
+            raise InputError(f"{path}: {second} is that of {first.partition('.')[0]}, {other}, expected another one's")
+        if all(file.is_file() for file in files) and filecmp.cmp(*files, shallow=False):
+            raise InputError(f"{path}: {second}, {other}, is a copy of {one}, expected what another one recorded")
 
 
 def _sees(view: View, joint: str) -> bool:

@@ -47,7 +47,7 @@ def view_of(folder: Path, path: Path, entry: BodyCameraEntry) -> BodyView:
     file, info = _frames_of(folder, path, entry)
     background = folder / entry.background if entry.background else None
     if background is not None:
-        size = video.probe(background)
+        size = video.probe(background, is_still=True)
         if (size.width, size.height) != (info.width, info.height):
             raise InputError(
                 f"{background}: is {size.width} x {size.height} px, expected {info.width} x {info.height} as {file}"

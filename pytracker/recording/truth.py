@@ -20,6 +20,7 @@ from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import PAUSES, Truth
 from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth_filled import without_filled
+from pytracker.recording.truth_names import markers_of
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
 
@@ -92,7 +93,8 @@ def load_points(
         if count
     ]
     time_s = found.time_s + entry.offset_s
-    said = [*odd, *(said for of in filled.values() for said in of), *gaps, *_missing_rows(file, time_s)]
+    others = [] if markers else _called_otherwise(file, found, wanted, kind)
+    said = [*odd, *others, *(said for of in filled.values() for said in of), *gaps, *_missing_rows(file, time_s)]
     seen = {joint: places for joint, places in points.items() if unseen[joint] < rows}
     return Truth(time_s=time_s, joints_m=seen), said
 
@@ -110,6 +112,19 @@ def _names_in(path: Path, file: Path, joint: str, names: tuple[str, ...], found:
                 f"{', '.join(found.positions_m)[:300]}"
             )
     return plain
+
+
+def _called_otherwise(file: Path, found: Markers, wanted: Mapping[str, object], kind: str) -> list[str]:
+    """A word where some points are called as joints are, and others nearly so, which are not taken."""
+    others = markers_of((name for name in found.positions_m if name not in wanted), kind)
+    left = {joint: names for joint, names in others.items() if joint not in wanted}
+    if not left:
+        return []
+    points = [name for names in left.values() for name in ([names] if isinstance(names, str) else names)]
+    return [
+        f"{file}: {', '.join(wanted)} {'is' if len(wanted) == 1 else 'are'} taken for truth, as joints are called; "
+        f"{', '.join(points)} {'is' if len(points) == 1 else 'are'} not: truth.markers says which joints they are"
+    ]
 
 
 def _seen_at_all(places: Array) -> Array:

@@ -7,7 +7,7 @@ from pathlib import Path
 from pytracker._core import InputError
 from pytracker.evidence.grid import draw_grid, png_of
 from pytracker.formats.toml_file import parse_toml
-from pytracker.formats.video import frames
+from pytracker.formats.video import frames, probe
 from pytracker.output import whole_file
 
 __all__ = ["write_frame"]
@@ -19,6 +19,7 @@ def write_frame(source: Path | str, out: Path, camera: int = 0, number: int = 0,
     Of recording.toml nothing but the video needs to be there. Raises `InputError`.
     """
     file, box = _video(Path(source), camera)
+    probe(file)
     last = -1
     for frame in frames(file):
         last = frame.index

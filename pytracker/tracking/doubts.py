@@ -30,7 +30,7 @@ from pytracker.tracking.pauses import of_hanging, of_pauses
 from pytracker.tracking.suspects import MIRRORED, suspects
 from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track, where_of
-from pytracker.tracking.upper_arm import of_upper_arm
+from pytracker.tracking.upper_arm import of_unused_senses, of_upper_arm
 
 __all__ = ["doubts", "is_unusable", "unbelieved"]
 
@@ -98,22 +98,34 @@ def doubts(track: Track) -> tuple[str, ...]:
 
 @doubts.register
 def _(track: ArmTrack) -> tuple[str, ...]:
-    # A patch that sits elsewhere looks like another heading, and is told beside it.
-    described = of_clocks(track) or (*_of_arm_alone(track), *of_patch_place(track)) or _of_elbow(track)
-    return *of_pauses(track), *of_hanging(track), *_of_jitter(track), *described, *of_upper_arm(track)
+    alone = _tracked_alone(track)
+    upper_arm = of_upper_arm(track, alone)
+    # A patch that sits elsewhere looks like another heading, and is told beside it; a second sensor that points
+    # elsewhere looks like such a patch.
+    alone_or_patch = *_of_arm_alone(track, alone), *(() if upper_arm else of_patch_place(track))
+    described = of_clocks(track) or alone_or_patch or _of_elbow(track)
+    odd = *of_pauses(track), *of_hanging(track), *_of_jitter(track)
+    return *odd, *described, *upper_arm, *of_unused_senses(track)
 
 
-def _of_arm_alone(track: ArmTrack) -> tuple[str, ...]:
+def _of_arm_alone(track: ArmTrack, alone: ArmTrack | None) -> tuple[str, ...]:
     """By the patch and the forearm's sensor, whatever else there is: what is usual is known of these."""
     recording, sightings = _without_senses(track.recording, track.sightings)
-    found = _of_arm(recording, sightings, track.method.pixel_sd)
-    if found or not isinstance(track.method, Smooth) or recording is track.recording:
-        return found or _of_setup(track)
+    return _of_arm(recording, sightings, track.method.pixel_sd) or (() if alone is None else _of_setup(alone))
+
+
+def _tracked_alone(track: ArmTrack) -> ArmTrack | None:
+    """By patch and forearm only, itself where there is nothing else; None where that is lost, or not smoothed."""
+    recording, sightings = _without_senses(track.recording, track.sightings)
+    if recording is track.recording:
+        return track
+    if not isinstance(track.method, Smooth):
+        return None
     try:
         alone = filter_arm(recording, track.method, track.seed, sightings=sightings)
     except TrackingError:
-        return ()
-    return () if alone.lost else _of_setup(alone)
+        return None
+    return None if alone.lost else alone
 
 
 def _of_jitter(track: ArmTrack) -> tuple[str, ...]:

@@ -1,15 +1,16 @@
-"""Whether a sensor on the upper arm points where the track has the upper arm."""
+"""Whether a sensor on the upper arm points where the arm is, and when it does."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pytracker.methods.arm import Mixture
+from pytracker.recording import ArmRecording
 from pytracker.rotation import Array, rotate
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import where_of
 
-__all__ = ["of_upper_arm"]
+__all__ = ["of_unused_senses", "of_upper_arm"]
 
 MOST_OFF_DEG = 12.0
 """A sensor may point so far beside it, in the median: right ones that are worn do by 7° at most."""
@@ -17,19 +18,40 @@ HOLDS_S = 0.1
 """A sample says no longer where the upper arm points."""
 ALONG = np.array([0.0, 1.0, 0.0])
 
+LAGS_S = np.linspace(-3.0, 3.0, 61)
+"""By how much its clock may be off, s."""
+LEAST_LAG_S = 0.2
+"""Less takes the wrist nowhere where the arm goes slowly, and is seen where it goes fast."""
+BETTER = 1.2
+"""So many times nearer it points with another clock, where that is wrong: 1.3 to 4.6 with 1 s; 1.02 at most where it
+is right."""
+MOST_TURNED_DEG = 20.0
+"""Right headings come out up to 11° beside, and 19° where the first frame told them."""
+LEAST_FRAMES = 50
 
-def of_upper_arm(track: ArmTrack) -> tuple[str, ...]:
-    """A warning, in words, where it does not; or where the method uses neither it nor what else is seen."""
+
+def of_unused_senses(track: ArmTrack) -> tuple[str, ...]:
+    """A warning, in words, where the method uses neither that sensor nor what else is seen."""
     recording = track.recording
-    if not isinstance(track.method, Mixture):
-        there = [*recording.landmarks, *(["the upper arm's sensor"] if recording.has_upper_arm else [])]
-        words = f"there is {' and '.join(there)}, which {track.method.name} does not use; mixture and smooth do"
-        return (f"{where_of(recording)}: {words}",) if there else ()
-    if not recording.has_upper_arm:
+    there = [*recording.landmarks, *(["the upper arm's sensor"] if recording.has_upper_arm else [])]
+    if not there or isinstance(track.method, Mixture):
         return ()
-    off_deg = angles_deg(track)
-    off_deg = off_deg[np.isfinite(off_deg)]
-    if not len(off_deg) or np.median(off_deg) <= MOST_OFF_DEG:
+    words = f"there is {' and '.join(there)}, which {track.method.name} does not use; mixture and smooth do"
+    return (f"{where_of(recording)}: {words}",)
+
+
+def of_upper_arm(track: ArmTrack, alone: ArmTrack | None) -> tuple[str, ...]:
+    """A warning, in words, where it points elsewhere.
+
+    `alone` is the track without it, which it has not drawn to where it points; None where there is none.
+    """
+    recording = track.recording
+    if not recording.has_upper_arm or not isinstance(track.method, Mixture):
+        return ()
+    if alone is not None and (words := _described_otherwise(recording, alone)):
+        return (f"{where_of(recording)}: {words}",)
+    off_deg = _angles_deg(*_directions(recording, track, 0.0))
+    if len(off_deg) < 1 or np.median(off_deg) <= MOST_OFF_DEG:
         return ()
     words = (
         f"the upper arm's sensor points {np.median(off_deg):.0f}° beside where the track has the upper arm (median), "
@@ -38,12 +60,48 @@ def of_upper_arm(track: ArmTrack) -> tuple[str, ...]:
     return (f"{where_of(recording)}: {words}",)
 
 
-def angles_deg(track: ArmTrack) -> Array:
-    """Between sensor and upper arm at every frame `(T,)`; NaN where either is not known."""
-    imu, elbow = track.recording.imus[1], track.joints["elbow"].mean
-    at = np.searchsorted(imu.time_s, track.time_s, side="right") - 1
+def _described_otherwise(recording: ArmRecording, alone: ArmTrack) -> str:
+    """With which other clock or heading it points where the arm is that was tracked without it; else empty."""
+    fits = [_fit(*_directions(recording, alone, float(lag_s))) for lag_s in LAGS_S]
+    given, best = len(LAGS_S) // 2, int(np.argmin([off_deg for off_deg, _ in fits]))
+    (off_deg, turn_deg), least_deg = fits[given], fits[best][0]
+    if not np.isfinite(off_deg):
+        return ""
+    if off_deg > BETTER * least_deg and abs(LAGS_S[best]) >= LEAST_LAG_S:
+        return (
+            f"the upper arm's sensor points {least_deg:.0f}° beside the arm that patch and forearm have with offset_s "
+            f"of imu[1] changed by {-LAGS_S[best]:+.1f} s, and {off_deg:.0f}° as it is: check its clock"
+        )
+    if abs(turn_deg) > MOST_TURNED_DEG:
+        return (
+            f"the upper arm's sensor points where the arm is that patch and forearm have with heading_deg of imu[1] "
+            f"turned by {turn_deg:+.0f}°, expected at most {MOST_TURNED_DEG:.0f}°: check its heading and mount"
+        )
+    return ""
+
+
+def _directions(recording: ArmRecording, track: ArmTrack, lag_s: float) -> tuple[Array, Array]:
+    """Where the sensor points `lag_s` after every frame, and the track's upper arm: `(N, 3)`, of frames with both."""
+    imu, elbow = recording.imus[1], track.joints["elbow"].mean
+    time_s = track.time_s + lag_s
+    at = np.searchsorted(imu.time_s, time_s, side="right") - 1
     pointing = rotate(imu.q_world_segment[np.clip(at, 0, None)], np.broadcast_to(ALONG, (len(at), 3)))
-    upper_arm = np.array(track.recording.arm.shoulder_m) - elbow
+    upper_arm = np.array(recording.arm.shoulder_m) - elbow
     upper_arm /= np.linalg.norm(upper_arm, axis=1, keepdims=True)
-    old = (at < 0) | (track.time_s - imu.time_s[np.clip(at, 0, None)] > HOLDS_S)
-    return np.where(old, np.nan, np.degrees(np.arccos(np.clip((upper_arm * pointing).sum(axis=1), -1.0, 1.0))))
+    is_known = (at >= 0) & (time_s - imu.time_s[np.clip(at, 0, None)] <= HOLDS_S) & np.isfinite(upper_arm).all(axis=1)
+    return pointing[is_known], upper_arm[is_known]
+
+
+def _fit(pointing: Array, upper_arm: Array) -> tuple[float, float]:
+    """How far they are apart (root mean square) once turned about the vertical to fit, and that turn, degrees."""
+    if len(pointing) < LEAST_FRAMES:
+        return np.inf, 0.0
+    across = (pointing[:, 0] - 1j * pointing[:, 1]) * (upper_arm[:, 0] + 1j * upper_arm[:, 1])
+    turn = float(np.angle(across.sum()))
+    cos, sin = np.cos(turn), np.sin(turn)
+    turned = pointing @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return float(np.sqrt(np.mean(_angles_deg(turned, upper_arm) ** 2))), float(np.degrees(turn))
+
+
+def _angles_deg(one: Array, other: Array) -> Array:
+    return np.asarray(np.degrees(np.arccos(np.clip((one * other).sum(axis=1), -1.0, 1.0))))

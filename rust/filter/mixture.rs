@@ -148,6 +148,26 @@ impl Mixture {
         (mean, covariance)
     }
 
+    /// Shares of the components, in their order, where of what told them apart only so much counts: weights to the power of
+    /// `kept`, 0 to 1.
+    pub fn shares_told(&self, kept: f64) -> Vec<f64> {
+        let shares: Vec<f64> = self.components.iter().map(|component| (kept * component.log_weight).exp()).collect();
+        let sum: f64 = shares.iter().sum();
+        shares.iter().map(|share| share / sum).collect()
+    }
+
+    /// Mean `(D,)` of all, and the covariance `(D, D)` about it of [`Mixture::shares_told`].
+    pub fn moments_told(&self, kept: f64) -> (DVector<f64>, DMatrix<f64>) {
+        let (mean, mut covariance) = self.moments();
+        covariance.fill(0.0);
+        for (Component { gaussian, .. }, share) in self.components.iter().zip(self.shares_told(kept)) {
+            let apart = &gaussian.mean - &mean;
+            covariance += &gaussian.covariance * share;
+            covariance.ger(share, &apart, &apart, 1.0);
+        }
+        (mean, covariance)
+    }
+
     /// The value below which `share` of a sum of normal distributions lies; each: weight, mean, standard deviation.
     pub fn quantile(parts: &[(f64, f64, f64)], share: f64) -> f64 {
         let reach = |sign: f64| {
@@ -310,6 +330,18 @@ mod tests {
         close(mixture.components()[0].log_weight.exp(), 0.75, 1e-12);
         mixture.forget(0.0);
         close(mixture.components()[1].log_weight.exp(), 0.5, 1e-12);
+    }
+
+    #[test]
+    fn bands_may_take_less_for_told_than_means_do() {
+        let one = |mean, share: f64| Component { gaussian: gaussian(&[mean], &[1.0]), log_weight: share.ln() };
+        let mixture = Mixture::of(vec![one(0.0, 0.9), one(5.0, 0.1)]);
+        close(mixture.shares_told(0.5)[1], 0.25, 1e-12);
+        let (mean, covariance) = mixture.moments_told(0.5);
+        close(mean[0], 0.5, 1e-12);
+        close(covariance[0], 1.0 + 0.75 * 0.25 + 0.25 * 4.5 * 4.5, 1e-12);
+        let (all, told) = (mixture.moments().1, mixture.moments_told(1.0).1);
+        close(all[0], told[0], 1e-12);
     }
 
     #[test]

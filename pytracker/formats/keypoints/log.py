@@ -84,5 +84,9 @@ def require_seen(path: Path, points: Array, confidences: Array) -> Array:
     """
     if np.isfinite(points).any():
         return points
-    why = "no joint is seen" if np.any(confidences > 0) else "every confidence is 0, so that no joint is seen,"
+    why = "no joint is seen"
+    if not np.isfinite(confidences).any():
+        why = "every confidence is empty, where points of no confidence have no such column, so that no joint is seen,"
+    elif not np.any(confidences > 0):
+        why = "every confidence is 0, so that no joint is seen,"
     raise InputError(f"{path}: {why} in any of {len(points)} frames, expected keypoints of a person")
