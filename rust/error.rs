@@ -72,7 +72,9 @@ pub enum Error {
         tolerance: f64,
     },
     /// A sample or frame is older than what the filter has already seen.
-    #[error("{what} at {time_s} s comes after {latest_s} s was reached, expected a later time")]
+    #[error(
+        "{what} at {time_s} s comes after {latest_s} s was reached, expected a later time (a tracker with delay_s waits)"
+    )]
     Late {
         /// `IMU sample` or `frame`.
         what: &'static str,

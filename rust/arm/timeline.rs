@@ -103,11 +103,13 @@ impl Timeline {
     /// what was reached.
     pub fn reach_frame(&mut self, time_s: f64, noise: &Noise) -> Result<()> {
         require_time("frame time", time_s)?;
-        if self.held.is_none_or(|held| held.time_s > time_s) {
+        let held_s = self.held.map_or(f64::INFINITY, |held| held.time_s);
+        if time_s < held_s && self.shortest_s.is_infinite() {
             return Err(Error::NoInertialSample { time_s });
         }
-        if time_s < self.now_s {
-            return Err(Error::Late { what: "frame", time_s, latest_s: self.now_s });
+        let latest_s = held_s.max(self.now_s);
+        if time_s < latest_s {
+            return Err(Error::Late { what: "frame", time_s, latest_s });
         }
         self.advance(time_s, noise);
         Ok(())
@@ -230,6 +232,19 @@ mod tests {
         timeline.take(&sample(0.0, 0.0), &noise()).unwrap();
         timeline.reach_frame(0.1, &noise()).unwrap();
         assert_eq!(timeline.pending().input, nalgebra::Matrix3::zeros());
+    }
+
+    /// A frame that comes late is told so: it was said to be before the first sample of all.
+    #[test]
+    fn a_frame_before_a_later_sample_is_late() {
+        let mut timeline = Timeline::new(false);
+        let refused = |timeline: &mut Timeline, time_s| timeline.reach_frame(time_s, &noise()).unwrap_err();
+        assert_eq!(refused(&mut timeline, 0.5), Error::NoInertialSample { time_s: 0.5 });
+        timeline.take(&sample(1.0, 1.0), &noise()).unwrap();
+        assert_eq!(refused(&mut timeline, 0.5), Error::NoInertialSample { time_s: 0.5 });
+        timeline.take(&sample(1.01, 1.0), &noise()).unwrap();
+        assert_eq!(refused(&mut timeline, 1.005), Error::Late { what: "frame", time_s: 1.005, latest_s: 1.01 });
+        timeline.reach_frame(1.01, &noise()).unwrap();
     }
 
     /// A sample holds from its own time on, and a frame splits the interval.
