@@ -17,10 +17,11 @@ import pytest
 
 import pytracker as pt
 from pytracker.formats import video, video_write
+from pytracker.formats import video_oddities as video_oddities_module
 from pytracker.formats.container import AviFrames, frames_of_avi, missing_bytes
 from pytracker.formats.transport import span_of_transport
 from pytracker.formats.video import frames
-from pytracker.formats.video_oddities import video_oddities
+from pytracker.formats.video_oddities import compression, video_oddities
 from pytracker.formats.video_times import frame_times
 
 
@@ -143,6 +144,22 @@ def test_an_interlaced_video_is_decoded_or_refused(tmp_path: Path) -> None:
         return
     with pytest.raises(pt.InputError, match="interlaced"):
         video.probe(path)
+
+
+@pytest.mark.parametrize(
+    ("size", "kbit_s", "is_told"),
+    [((270, 480), 90, True), ((270, 480), 250, False), ((1080, 1920), 90, True), ((1080, 1920), 250, False)],
+)
+def test_a_video_that_was_compressed_too_much_is_told(
+    size: tuple[int, int], kbit_s: float, is_told: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Hands were 12 to 24 cm off in valid frames, untold; with the same bits a larger picture is no worse."""
+    path = tmp_path / "a.mp4"
+    path.write_bytes(bytes(int(1000 * kbit_s / 8)))
+    monkeypatch.setattr(video_oddities_module, "probe", lambda _: video.VideoInfo(*size, 60, 60.0))
+    said = compression(path)
+    assert len(said) == is_told
+    assert all("90 kbit/s, expected at least 233" in words for words in said)
 
 
 def test_streaming_needs_no_memory(tmp_path: Path) -> None:

@@ -1,4 +1,7 @@
-"""What is odd about a whole video, in words: a camera that moves, frames that are lacking, a piece of a longer one."""
+"""What is odd about a whole video, in words: a camera that moves, frames that are lacking, a piece of a longer one.
+
+And one that was compressed until too little is left.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +12,15 @@ import cv2
 from pytracker.formats.container import frames_of_avi
 from pytracker.formats.matroska import begins_s
 from pytracker.formats.transport import lacking_bytes, lost_packets
-from pytracker.formats.video import MOST_FRAMES, opened
+from pytracker.formats.video import MOST_FRAMES, opened, probe
 from pytracker.formats.video_steady import CameraMoves
 
-__all__ = ["video_oddities"]
+__all__ = ["compression", "video_oddities"]
 
 FEW_LACKING = 2
 """Encoders keep a frame or two back."""
+LEAST_BITS, SIDE_PX = 0.03, 480
+"""A pixel of a frame made smaller to this longer side: people's videos had 0.08 and more, wrists were lost at 0.022."""
 LATE_S = 0.5
 """A container's first frame may be that much after 0, s, as where the sound began first."""
 
@@ -27,6 +32,21 @@ def video_oddities(path: Path, start_s: float, moves: CameraMoves | None = None)
     """
     found = ("" if moves is None else moves.words, _lacks(path), _lost(path), _begins_late(path, start_s))
     return [f"{path}: {words}" for words in found if words]
+
+
+def compression(path: Path) -> list[str]:
+    """A word on one that was compressed until skin and edges are smeared. Raises `InputError`."""
+    info = probe(path)
+    smaller = min(1.0, SIDE_PX / max(info.width, info.height)) ** 2
+    least_kbit_s = LEAST_BITS * info.width * info.height * smaller * info.rate_hz / 1000.0
+    kbit_s = 8.0 * path.stat().st_size * info.rate_hz / max(info.frame_count, 1) / 1000.0
+    if not kbit_s < least_kbit_s:
+        return []
+    return [
+        f"{path}: was compressed to {kbit_s:.0f} kbit/s, expected at least {least_kbit_s:.0f} of {info.width} x "
+        f"{info.height} px at {info.rate_hz:.0f} Hz: skin and edges are smeared, and hands may be tens of centimetres "
+        "off, beside their bands; take the video as the camera wrote it, or a detector's keypoints of that"
+    ]
 
 
 def _lacks(path: Path) -> str:

@@ -13,7 +13,7 @@ from pytracker._core import InputError
 from pytracker.formats.asf import read_asf
 from pytracker.formats.imu.read import files_of_imu
 from pytracker.formats.toml_file import parse_toml
-from pytracker.formats.video_oddities import video_oddities
+from pytracker.formats.video_oddities import compression, video_oddities
 from pytracker.formats.video_times import counted
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.body_view import end_of, view_of
@@ -120,10 +120,11 @@ def _detected(folder: Path, named: str | None, view: BodyView) -> tuple[BodyView
 
 
 def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
-    """Words on a camera that moves, one whose focal length is guessed of a cut picture, and one of another size."""
+    """Words on an odd video, a focal length that is guessed of a cut picture, and a camera of another size."""
     words = []
     if view.video is not None:
         words += video_oddities(view.video, view.start_s, view.moves)
+        words += compression(view.video) if view.keypoints is None else []
     width, height = view.size_px
     if focal_sd >= GUESSED and max(width, height) <= SQUARE * min(width, height):
         words.append(
