@@ -8,7 +8,8 @@
 | `arm_truth`, `body_truth` | what was measured besides, checked |
 | `truth_filled`, `truth_strays` | rows of it that nobody measured |
 | `truth_names` | points that are called like joints |
-| `keypoint_frames`, `keypoint_spreads`, `keypoints_filled` | of which frames, how good, and which nobody saw |
+| `keypoint_frames`, `keypoint_spreads` | of which frames, and how good |
+| `keypoints_filled`, `keypoints_stuck` | which nobody saw |
 | `found_pose`, `upright` | a first pose that was found; worlds with another axis up |
 | `camera` | pinhole and weak perspective |
 | `schema` | what `recording.toml` may hold |

@@ -16,12 +16,13 @@ from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video_oddities import compression, video_oddities
 from pytracker.formats.video_times import counted
 from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
-from pytracker.recording.body_view import end_of, view_of
+from pytracker.recording.body_view import end_of, rate_of, view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
 from pytracker.recording.keypoints import alone, files_of, of_video, unseen
 from pytracker.recording.keypoints_filled import as_seen
+from pytracker.recording.keypoints_stuck import without_stuck
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
@@ -107,16 +108,19 @@ def _changed(file: Path, inputs: str) -> tuple[str, ...]:
 
 
 def _detected(folder: Path, named: str | None, view: BodyView) -> tuple[BodyView, tuple[str, ...]]:
-    """The view without keypoints that were held, counted from 0 where they stand alone; and what is odd about them."""
+    """The view without keypoints that nobody saw, counted from 0 where they stand alone; and what is odd about them."""
     if named is None or view.keypoints is None:
         return view, ()
     file = folder / named
     if view.video is not None:
         kept, said = of_video(file, view.keypoints, counted(view.video))
-        return dataclasses.replace(view, keypoints=kept), (*unseen(file, kept), *said)
-    begun, late = alone(file, view.keypoints)
-    kept, said = as_seen(file, begun)
-    return dataclasses.replace(view, keypoints=kept), (*late, *said)
+        said = (*unseen(file, kept), *said)
+    else:
+        begun, late = alone(file, view.keypoints)
+        kept, said = as_seen(file, begun)
+        said = (*late, *said)
+    kept, stuck = without_stuck(file, kept, rate_of(view))
+    return dataclasses.replace(view, keypoints=kept), (*said, *stuck)
 
 
 def _of_camera(path: Path, view: BodyView, focal_sd: float) -> tuple[str, ...]:
