@@ -41,6 +41,23 @@ def test_a_heading_that_is_off_is_told(pattern: str) -> None:
         assert "camera and IMU agree better with heading_deg turned by -20° (log evidence +" in doubt
 
 
+@pytest.mark.parametrize(("pattern", "period_s"), [("gesture", 2.5), ("circle", 3.0)])
+def test_a_second_cameras_clock_is_told(pattern: str, period_s: float) -> None:
+    """It was told as the camera's pitch, the patch's place or the sensor's clock."""
+    scene = pt.ArmScene(worn=True, pattern=pattern, period_s=period_s, duration_s=14.0, cameras=2)
+    simulation = ArmSimulation(scene, 8)
+    time_s, pixels = simulation.frame_time_s, simulation.sightings(2.0)
+
+    def said(late_s: float) -> tuple[str, ...]:
+        seen = pixels.copy()
+        for axis in (0, 1):
+            seen[:, 1, axis] = np.interp(time_s - late_s, time_s, pixels[:, 1, axis])
+        return pt.doubts(pt.track(simulation.recording(), pt.Mixture(), 1, sightings=Sightings.of(time_s, seen)))
+
+    assert said(0.0) == ()
+    assert "agree better with start_s of camera 1 changed by -0.2 s" in said(0.2)[0]
+
+
 def test_a_video_that_pauses_is_told(simulated: Path) -> None:
     """Of a WebM with a tenth zeroed 2 s of frames were missing, without a word."""
     track = pt.track(pt.load(simulated), pt.Ekf())

@@ -165,9 +165,10 @@ def _without_senses(recording: ArmRecording, sightings: Sightings) -> tuple[ArmR
 @functools.lru_cache(maxsize=1)  # several methods on one recording share it
 def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> tuple[str, ...]:
     sightings = sightings.first(MOST_FRAMES)
-    held = [suspect for suspect in suspects() if suspect.kind in HELD_SUSPECTS]
+    every = list(suspects(recording))
+    held = [suspect for suspect in every if suspect.kind in HELD_SUSPECTS]
     certain_held = CERTAIN_HELD * max(LEAST_FRAMES, len(sightings.time_s))
-    for probe, tried, certain in ((HELD, held, certain_held), (PROBE, list(suspects()), CERTAIN)):
+    for probe, tried, certain in ((HELD, held, certain_held), (PROBE, every, CERTAIN)):
         method = dataclasses.replace(probe, pixel_sd=pixel_sd)
         base = _log_evidence(recording, sightings, method)
         gains = [

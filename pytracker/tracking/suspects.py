@@ -51,11 +51,14 @@ class Suspect:
     see: Callable[[ArmRecording, Sightings], Sightings] = lambda _, sightings: sightings
 
 
-def suspects() -> Iterator[Suspect]:
-    """All of them, in all strengths."""
+def suspects(recording: ArmRecording) -> Iterator[Suspect]:
+    """All of them, in all strengths, that there are of such a recording."""
     yield from _of_imu()
     yield from _of_arm()
     yield from _of_camera()
+    for camera, seconds in itertools.product(range(1, len(recording.views)), OFFSETS_S):
+        words = f"start_s of camera {camera} changed by {seconds:+g} s"
+        yield Suspect(f"camera {camera}'s start_s", words, see=_seen_later(camera, seconds))
 
 
 def _of_imu() -> Iterator[Suspect]:
@@ -112,6 +115,21 @@ def _cameras(change: Callable[[Camera], Camera]) -> Callable[[ArmRecording], Arm
 
 def _quaternion(degrees: Array | list[float]) -> Array:
     return rotation_vector_to_quaternion(np.radians(np.asarray(degrees, dtype=float)))
+
+
+def _seen_later(camera: int, seconds: float) -> Callable[[ArmRecording, Sightings], Sightings]:
+    """What one of several cameras saw, at its frames, so much later."""
+
+    def see(_: ArmRecording, sightings: Sightings) -> Sightings:
+        pixels = sightings.pixels.copy()
+        seen = np.flatnonzero(np.isfinite(pixels[:, camera]).all(axis=1))
+        time_s = sightings.time_s[seen]
+        for axis in range(2 if len(seen) else 0):
+            way = pixels[seen, camera, axis]
+            pixels[seen, camera, axis] = np.interp(time_s - seconds, time_s, way, left=np.nan, right=np.nan)
+        return dataclasses.replace(sightings, pixels=pixels)
+
+    return see
 
 
 def _turned_world(degrees: Array | list[float]) -> Callable[[ArmRecording], ArmRecording]:
