@@ -81,6 +81,20 @@ def test_a_sensor_that_is_set_up_wrong_is_told_by_name(sensed: Path, spoilt: Spo
         assert re.search(words, told[0]), told[0]
 
 
+def test_exchanged_sensors_are_told_so(tmp_path: Path) -> None:
+    """They were told as headings and clocks that are off."""
+    scene = pt.BodyScene(
+        movement="crossing", duration_s=6.0, keypoint_sd_px=3.0, imus=("left_forearm", "right_forearm")
+    )
+    recording = pt.load(pt.simulate_body(tmp_path / "crossing", scene, 5))
+    assert isinstance(recording, pt.BodyRecording)
+    left, right = recording.imus
+    imus = (dataclasses.replace(right, segment=left.segment), dataclasses.replace(left, segment=right.segment))
+    told = said_of(dataclasses.replace(recording, imus=imus), -1, heading(0.0))
+    assert len(told) == 2
+    assert all(re.search(r"are imu\[[01]\] and imu\[[01]\] exchanged\?", words) for words in told)
+
+
 def test_sensors_that_are_right_are_not_doubted(sensed: Path, tmp_path: Path) -> None:
     """Nor where they are 5° off, worn on all four segments, and the detector is half as good."""
     for seed in (16, 17):

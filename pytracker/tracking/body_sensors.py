@@ -166,12 +166,28 @@ def _of_sensor(track: BodyTrack, seen: _Seen, number: int, imu: Imu) -> str:
         f"by imu[{number}] and the {imu.segment} that is said to wear it, the {far} is {100 * given_m:.0f} cm beside "
         f"{seen.where} on average"
     )
+    other, exchanged_m = _exchanged(track, seen, number)
+    if exchanged_m + ALIKE_M < best_m and given_m - exchanged_m > seen.nearer_m and exchanged_m <= seen.beside_m:
+        nearer = f"{beside}, and {100 * exchanged_m:.0f} cm where {track.recording.imus[other].segment} wears it"
+        return f"{nearer}: are imu[{number}] and imu[{other}] exchanged?"
     if given_m - best_m > seen.nearer_m and best_m <= seen.beside_m:
         nearer = f"{beside}, and {100 * best_m:.0f} cm with {better}"
         return f"{nearer}: check these, segment, mount and the rate of its samples"
     if given_m > seen.beside_m:
         return f"{beside}, expected {100 * seen.beside_m:.0f} at most: check segment, mount, heading_deg and offset_s"
     return ""
+
+
+def _exchanged(track: BodyTrack, seen: _Seen, number: int) -> tuple[int, float]:
+    """Of which other sensor's segment it fits best, with whichever heading, and how near the far joint comes, m."""
+    imu, best = track.recording.imus[number], (number, np.inf)
+    for other, worn in enumerate(track.recording.imus):
+        way = _way(track, seen, worn.segment).covered(imu)
+        if worn.segment != imu.segment and len(way.time_s) >= LEAST_FRAMES:
+            off_m = way.off_m(imu, 0.0)[0]
+            if np.isfinite(off_m).any():
+                best = min(best, (other, float(np.nanmin(off_m))), key=lambda found: found[1])
+    return best
 
 
 def _explained(whole: Array, thirds: Array | None) -> tuple[float, str]:
