@@ -13,8 +13,11 @@ from test_formats_imu import load, write
 import pytracker as pt
 from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.check import check
+from pytracker.inertial.gravity import check_step
+from pytracker.inertial.log import ImuLog
 from pytracker.inertial.orientation import orient
 from pytracker.rotation import Array, conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.simulate import ArmSimulation
 
 
 def waving(seconds: float = 6.0, hz: float = 100.0) -> Array:
@@ -291,3 +294,26 @@ def test_a_rate_that_is_told_too_low_is_asked_for(tmp_path: Path, hz: float, is_
             load(write(tmp_path / "imu.csv", table.tolist()))
     else:
         assert re.search(question, " ".join(load(write(tmp_path / "imu.csv", table.tolist())).warnings))
+
+
+@pytest.mark.parametrize("period_s", [2.0, 2.5])
+def test_arms_that_go_round_are_in_step(period_s: float) -> None:
+    """Of twelve that went round in 2.5 s seven were told that their acceleration is late."""
+    for seed in range(30, 38):
+        scene = pt.ArmScene(worn=True, period_s=period_s, duration_s=12.0)
+        imu = ArmSimulation(scene, seed).recording().imus[0]
+        log = ImuLog(
+            Path("imu.csv"), np.arange(len(imu.time_s)), imu.time_s, imu.acc, q_world_sensor=imu.q_world_segment
+        )
+        assert check_step(log) == []
+
+
+@pytest.mark.parametrize("samples", [-20, -10, 10, 20])
+def test_acceleration_that_is_out_of_step_is_told(samples: int) -> None:
+    table = waving(12.0)
+    first, last = max(0, samples), len(table) + min(0, samples)
+    acc, rest = table[first:last, 1:4], table[max(0, -samples) : len(table) - max(0, samples)]
+    log = ImuLog(Path("imu.csv"), np.arange(len(acc)), rest[:, 0], acc, q_world_sensor=rest[:, QUATERNION])
+    way = "later" if samples > 0 else "earlier"
+    with pytest.raises(pt.InputError, match=rf"fits the orientation better 0\.{abs(samples) // 10}0 s {way}"):
+        check_step(log)

@@ -61,6 +61,8 @@ LAGS_S = np.arange(-0.5, 0.501, 0.05)
 SMOOTH_S = 0.3
 IN_STEP = (0.75, 0.5)
 """Another lag leaves this share of what is not gravity: odd, wrong."""
+SLOW_M_S2 = 0.75
+"""More that is not gravity (RMS), at any lag, is the movement's: round and round, a quarter turn hides another."""
 LEAST_LAG_S = 0.08
 TURNED = 0.12
 """Gravity must have turned by so much in the sensor (RMS of its direction), or lags tell nothing."""
@@ -208,6 +210,8 @@ def check_step(log: ImuLog) -> list[str]:
     left = np.array([_not_gravity(log, round(lag / interval), smooth) for lag in LAGS_S])
     best, now = int(np.argmin(left)), left[len(LAGS_S) // 2]
     if abs(LAGS_S[best]) < LEAST_LAG_S or best in (0, len(LAGS_S) - 1) or not now > 0:
+        return []
+    if left[best] > IN_STEP[1] * now and left[best] > SLOW_M_S2**2:
         return []
     words = (
         f"{log.path}: the acceleration fits the orientation better {abs(LAGS_S[best]):.2f} s "
