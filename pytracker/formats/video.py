@@ -117,7 +117,11 @@ def probe(path: Path, *, is_still: bool = False) -> VideoInfo:
     try:
         ok, image = capture.read()
         if not ok:
-            raise InputError(f"{path}: holds no frame that can be decoded, expected at least one")
+            codec = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").decode("ascii", "replace")
+            raise InputError(
+                f"{path}: holds no frame that can be decoded, expected at least one (its codec is {codec!r}: ffmpeg -i "
+                f"{path.name} -c:v libx264 -crf 18 other.mp4 writes one that is usual)"
+            )
         if missing := missing_bytes(path):
             raise InputError(
                 f"{path}: by its own container {missing} bytes are missing at its end ({path.stat().st_size} "

@@ -108,6 +108,6 @@ def _head_off(track: BodyTrack) -> str:
         )
     side, height = "right" if right_m > 0 else "left", "below" if below_m > 0 else "above"
     return (
-        f"the person's head is {100 * abs(right_m):.0f} cm {side} of the skeleton's and {100 * abs(below_m):.0f} cm "
+        f"the person's head is {100 * abs(right_m):.1f} cm {side} of the skeleton's and {100 * abs(below_m):.1f} cm "
         f"{height} it, expected at most {100 * HEAD_BESIDE_M:.0f} and {100 * HEAD_ABOVE_M:.0f} cm"
     )
