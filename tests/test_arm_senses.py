@@ -20,7 +20,8 @@ from pytracker.methods import ArmMethod
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.setup import check
 from pytracker.simulate import ArmSimulation
-from pytracker.tracking import doubts
+from pytracker.tracking import ArmTrack, doubts
+from pytracker.tracking.upper_arm import of_upper_arm
 
 UPPER, FORE = (f'segment = "right_{of}"' for of in ("upper_arm", "forearm"))
 ALL = ("shoulder", "elbow", "upper_arm")
@@ -135,6 +136,23 @@ def test_the_clock_of_a_second_sensor_is_told(seed: int) -> None:
     said = doubts(pt.track(early, pt.Smooth(), 1, sightings=seen))
     assert len(said) == 1
     assert re.search(r"offset_s of imu\[1\] changed by \+(0.9|1.0|1.1) s", said[0])
+
+
+@pytest.mark.parametrize("seed", [12, 13])
+def test_who_moves_and_then_rests_has_no_other_clock(seed: int) -> None:
+    """A sensor that rests fits an arm that rests, whatever its clock: frames must be the same ones."""
+    recording, seen = simulated(seed, ("upper_arm",), pattern="reach", period_s=5.0, duration_s=8.0)
+    track = pt.track(recording, pt.Smooth(), 1, sightings=seen)
+    assert isinstance(track, ArmTrack)
+    still = np.minimum(np.arange(len(track.time_s)), 90)
+    at = np.searchsorted(recording.imus[1].time_s, track.time_s[90], "right") - 1
+    q = recording.imus[1].q_world_segment[np.minimum(np.arange(len(recording.imus[1].time_s)), at)]
+    rested = dataclasses.replace(recording.imus[1], q_world_segment=q)
+    elbow = track.joints["elbow"]
+    rests = dataclasses.replace(elbow, mean=elbow.mean[still])
+    alone = dataclasses.replace(track, joints={**track.joints, "elbow": rests})
+    recording = dataclasses.replace(recording, imus=(recording.imus[0], rested))
+    assert of_upper_arm(dataclasses.replace(alone, recording=recording), alone) == ()
 
 
 @pytest.mark.parametrize(

@@ -69,13 +69,15 @@ def test_who_rests_and_goes_on_stays(tmp_path: Path) -> None:
 
 
 def test_a_stray_point_and_an_exchange_of_sides_are_no_leap(tmp_path: Path) -> None:
-    points = person(0)
-    points[20:60, 0, [WRIST, OTHER]] = points[20, 0, [WRIST, OTHER]] + 0.1 * person(1)[20:60, 0, [WRIST, OTHER]] % 1.0
-    strayed = points.copy()
-    strayed[40, 0, WRIST, :2] += 80.0
-    exchanged = points.copy()
-    exchanged[50:90, 0, WRIST], exchanged[50:90, 0, OTHER] = points[50:90, 0, OTHER], points[50:90, 0, WRIST]
-    for odd in (strayed[:60], exchanged[:58]):
+    points, rng = person(0), np.random.default_rng(2)
+    for joint in (WRIST, OTHER):
+        points[20:70, 0, joint, :2] = points[20, 0, joint, :2] + rng.normal(0.0, 0.5, (50, 2))
+    strayed, exchanged, leapt = (points[:70].copy() for _ in range(3))
+    strayed[50, 0, WRIST, :2] += 80.0
+    exchanged[50:, 0, [WRIST, OTHER]] = points[50:70, 0, [OTHER, WRIST]]
+    leapt[50:, 0, WRIST, :2] += 80.0
+    assert without_stuck(tmp_path / "k.csv", of(leapt), RATE_HZ)[1] != ()
+    for odd in (strayed, exchanged):
         assert without_stuck(tmp_path / "k.csv", of(odd), RATE_HZ)[1] == ()
 
 

@@ -27,7 +27,8 @@ BETTER = 1.2
 is right."""
 MOST_TURNED_DEG = 20.0
 """Right headings come out up to 11° beside, and 19° where the first frame told them."""
-LEAST_FRAMES = 50
+LEAST_FRAMES, LEAST_SHARE = 50, 0.5
+"""Fewer tell nothing, nor does a smaller share of those that the given clock has."""
 
 
 def of_unused_senses(track: ArmTrack) -> tuple[str, ...]:
@@ -51,6 +52,7 @@ def of_upper_arm(track: ArmTrack, alone: ArmTrack | None) -> tuple[str, ...]:
     if alone is not None and (words := _described_otherwise(recording, alone)):
         return (f"{where_of(recording)}: {words}",)
     off_deg = _angles_deg(*_directions(recording, track, 0.0))
+    off_deg = off_deg[np.isfinite(off_deg)]
     if len(off_deg) < 1 or np.median(off_deg) <= MOST_OFF_DEG:
         return ()
     words = (
@@ -62,15 +64,22 @@ def of_upper_arm(track: ArmTrack, alone: ArmTrack | None) -> tuple[str, ...]:
 
 def _described_otherwise(recording: ArmRecording, alone: ArmTrack) -> str:
     """With which other clock or heading it points where the arm is that was tracked without it; else empty."""
-    fits = [_fit(*_directions(recording, alone, float(lag_s))) for lag_s in LAGS_S]
-    given, best = len(LAGS_S) // 2, int(np.argmin([off_deg for off_deg, _ in fits]))
-    (off_deg, turn_deg), least_deg = fits[given], fits[best][0]
-    if not np.isfinite(off_deg):
-        return ""
-    if off_deg > BETTER * least_deg and abs(LAGS_S[best]) >= LEAST_LAG_S:
+    as_it_is = _directions(recording, alone, 0.0)
+    _, turn_deg = _fit(*as_it_is)
+    fits = []
+    for other_s in LAGS_S:
+        later = _directions(recording, alone, float(other_s))
+        # Where a sensor rests it fits whatever its clock: both are asked of the same frames.
+        known, both = (np.isfinite(pointing[:, 0]) for pointing in (as_it_is[0], as_it_is[0] + later[0]))
+        if np.count_nonzero(both) < max(LEAST_FRAMES, LEAST_SHARE * np.count_nonzero(known)):
+            continue
+        (given, _), (found, _) = (_fit(pointing[both], arm[both]) for pointing, arm in (as_it_is, later))
+        fits.append((given / max(found, 1e-9), float(other_s), given, found))
+    better, lag_s, given_deg, best_deg = max(fits, default=(0.0, 0.0, 0.0, 0.0))
+    if better > BETTER and abs(lag_s) >= LEAST_LAG_S:
         return (
-            f"the upper arm's sensor points {least_deg:.0f}° beside the arm that patch and forearm have with offset_s "
-            f"of imu[1] changed by {-LAGS_S[best]:+.1f} s, and {off_deg:.0f}° as it is: check its clock"
+            f"the upper arm's sensor points {best_deg:.0f}° beside the arm that patch and forearm have with offset_s "
+            f"of imu[1] changed by {-lag_s:+.1f} s, and {given_deg:.0f}° as it is: check its clock"
         )
     if abs(turn_deg) > MOST_TURNED_DEG:
         return (
@@ -81,7 +90,7 @@ def _described_otherwise(recording: ArmRecording, alone: ArmTrack) -> str:
 
 
 def _directions(recording: ArmRecording, track: ArmTrack, lag_s: float) -> tuple[Array, Array]:
-    """Where the sensor points `lag_s` after every frame, and the track's upper arm: `(N, 3)`, of frames with both."""
+    """Where the sensor points `lag_s` after every frame, NaN where not known, and the track's upper arm: `(T, 3)`."""
     imu, elbow = recording.imus[1], track.joints["elbow"].mean
     time_s = track.time_s + lag_s
     at = np.searchsorted(imu.time_s, time_s, side="right") - 1
@@ -89,18 +98,18 @@ def _directions(recording: ArmRecording, track: ArmTrack, lag_s: float) -> tuple
     upper_arm = np.array(recording.arm.shoulder_m) - elbow
     upper_arm /= np.linalg.norm(upper_arm, axis=1, keepdims=True)
     is_known = (at >= 0) & (time_s - imu.time_s[np.clip(at, 0, None)] <= HOLDS_S) & np.isfinite(upper_arm).all(axis=1)
-    return pointing[is_known], upper_arm[is_known]
+    return np.where(is_known[:, None], pointing, np.nan), upper_arm
 
 
 def _fit(pointing: Array, upper_arm: Array) -> tuple[float, float]:
     """How far they are apart (root mean square) once turned about the vertical to fit, and that turn, degrees."""
-    if len(pointing) < LEAST_FRAMES:
-        return np.inf, 0.0
+    is_known = np.isfinite(pointing).all(axis=1)
+    pointing, upper_arm = pointing[is_known], upper_arm[is_known]
     across = (pointing[:, 0] - 1j * pointing[:, 1]) * (upper_arm[:, 0] + 1j * upper_arm[:, 1])
-    turn = float(np.angle(across.sum()))
+    turn = float(np.angle(across.sum())) if len(across) >= LEAST_FRAMES else 0.0
     cos, sin = np.cos(turn), np.sin(turn)
     turned = pointing @ np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    return float(np.sqrt(np.mean(_angles_deg(turned, upper_arm) ** 2))), float(np.degrees(turn))
+    return float(np.sqrt(np.mean(_angles_deg(turned, upper_arm) ** 2))) if len(turned) else 0.0, float(np.degrees(turn))
 
 
 def _angles_deg(one: Array, other: Array) -> Array:
