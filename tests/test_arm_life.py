@@ -143,7 +143,7 @@ def test_a_pause_online_and_offline_are_the_same_bits() -> None:
     for method in (pt.Layered(particles=100), pt.Mixture()):
         paused = dataclasses.replace(recording, imus=(cut,))
         track = pt.track(paused, method, 9, sightings=seen)
-        tracker, online = pt.Tracker(paused, method, 9), []
+        tracker, online = pt.Tracker(paused, track.method, 9), []
         for k, observed in enumerate(paused.observations(seen)):
             tracker = pt.Tracker.restore(tracker.save()) if k % 200 == 0 else tracker
             if (estimate := tracker.observe(observed)) is not None:

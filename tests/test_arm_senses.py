@@ -101,7 +101,7 @@ def test_from_pixels_to_a_page(folder: Path, tmp_path: Path) -> None:
 def test_online_it_is_the_same_to_the_bit(folder: Path) -> None:
     recording = load(folder)
     track = pt.track(recording, pt.Mixture(), 1)
-    tracker = pt.Tracker(recording, pt.Mixture(), 1, delay_s=0.2)
+    tracker = pt.Tracker(recording, track.method, 1, delay_s=0.2)
     observations = list(recording.observations(track.sightings))
     # What is of the past comes late.
     late = sorted(observations, key=lambda o: o.time_s + (0.1 if o.what in ("landmark", "orientation") else 0.0))

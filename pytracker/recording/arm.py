@@ -35,10 +35,9 @@ SLACK_S = 0.1
 """IMU and video may start and end this far apart without a word."""
 
 
-START_FROM_RAY = {"position_start_sd_m": 0.15, "velocity_start_sd": 0.3}
-"""How well the first wrist is known where only the patch's ray and the arm's reach tell it, m and m/s."""
-LATE_START = {"position_start_sd_m": 0.3, "velocity_start_sd": 0.3}
-"""The same where the IMU starts after the first frame: somewhere about the shoulder. 5 s late, 2 to 11 cm (6 to 15)."""
+UNKNOWN_START = {"position_start_sd_m": 0.3, "velocity_start_sd": 0.8}
+"""How well the first wrist is known where only the patch's ray and the arm's reach tell it, or, where the IMU starts
+after the first frame, nothing; m and m/s."""
 LEAST_PX = 0.5
 """No detector is better."""
 WRIST_KEYPOINT_M = 0.012
@@ -73,7 +72,7 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     except InputError as error:
         # What was odd of the sensor may be why.
         raise InputError("; ".join([str(error), *(f"and {words}" for words in warnings)])) from None
-    start_sds = LATE_START if is_late else START_FROM_RAY if start_warnings else {}
+    start_sds = UNKNOWN_START if is_late or start_warnings else {}
     arm = Arm(
         shoulder_m=entry.arm.shoulder_m,
         upper_arm_m=entry.arm.upper_arm_m,

@@ -111,7 +111,9 @@ def _(track: ArmTrack) -> tuple[str, ...]:
 def _of_arm_alone(track: ArmTrack, alone: ArmTrack | None) -> tuple[str, ...]:
     """By the patch and the forearm's sensor, whatever else there is: what is usual is known of these."""
     recording, sightings = _without_senses(track.recording, track.sightings)
-    return _of_arm(recording, sightings, track.method.pixel_sd) or (() if alone is None else _of_setup(alone))
+    return _of_arm(recording, sightings, track.method.pixel_sd, track.method.velocity_start_sd) or (
+        () if alone is None else _of_setup(alone)
+    )
 
 
 def _tracked_alone(track: ArmTrack) -> ArmTrack | None:
@@ -163,13 +165,13 @@ def _without_senses(recording: ArmRecording, sightings: Sightings) -> tuple[ArmR
 
 
 @functools.lru_cache(maxsize=1)  # several methods on one recording share it
-def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float) -> tuple[str, ...]:
+def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float, speed_sd: float) -> tuple[str, ...]:
     sightings = sightings.first(MOST_FRAMES)
     every = list(suspects(recording))
     held = [suspect for suspect in every if suspect.kind in HELD_SUSPECTS]
     certain_held = CERTAIN_HELD * max(LEAST_FRAMES, len(sightings.time_s))
     for probe, tried, certain in ((HELD, held, certain_held), (PROBE, every, CERTAIN)):
-        method = dataclasses.replace(probe, pixel_sd=pixel_sd)
+        method = dataclasses.replace(probe, pixel_sd=pixel_sd, velocity_start_sd=speed_sd)
         base = _log_evidence(recording, sightings, method)
         gains = [
             (s, _gain(_log_evidence(s.change(recording), s.see(recording, sightings), method) - base)) for s in tried
@@ -230,7 +232,7 @@ def _log_evidence(recording: ArmRecording, sightings: Sightings, method: ArmMeth
 
 def _beside_sensor(imu_s: Array, time_s: Array) -> NDArray[np.bool_]:
     """Which frames `(T,)` are before, behind and in pauses of the sensor, or soon after: there a filter looks anew."""
-    beside = np.asarray((time_s < imu_s[0] + SETTLED_S) | (time_s > imu_s[-1]))
+    beside = np.asarray((time_s < max(imu_s[0], time_s[0]) + SETTLED_S) | (time_s > imu_s[-1]))
     for k in np.flatnonzero(np.diff(imu_s) > PAUSE_S):
         beside |= (time_s > imu_s[k]) & (time_s < imu_s[k + 1] + AFTER_PAUSE_S)
     return beside

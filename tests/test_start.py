@@ -1,0 +1,67 @@
+"""Recordings that start amid a movement: cut from longer ones, or filmed before somebody was ready."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.rotation import triple
+from pytracker.simulate import ArmSimulation
+
+LIVELY = pt.ArmScene(pattern="gesture", period_s=2.0, worn=True)
+
+
+def cut_where_it_is_fastest(seed: int) -> tuple[pt.ArmRecording, pt.Sightings]:
+    """From the fastest moment in its third to eighth second on; where the wrist is then is known to 1 cm."""
+    simulation = ArmSimulation(LIVELY, seed)
+    recording, time_s, pixels = simulation.recording(), simulation.frame_time_s, simulation.sightings(4.0)
+    assert recording.truth is not None
+    wrist = recording.truth.at("wrist", time_s)
+    speed = np.linalg.norm(np.gradient(wrist, time_s, axis=0), axis=1)
+    first = int(np.argmax(np.where((time_s > 3.0) & (time_s < 8.0), speed, 0.0)))
+    assert speed[first] > 1.0
+    start = triple(wrist[first] + np.random.default_rng(seed).normal(0.0, 0.01, 3))
+    view = dataclasses.replace(recording.views[0], start_s=float(time_s[first]))
+    arm = dataclasses.replace(recording.arm, wrist_start_m=start)
+    cut = dataclasses.replace(recording, views=(view,), arm=arm)
+    return cut, pt.Sightings.of(time_s[first:], pixels[first:])
+
+
+@pytest.mark.parametrize(("method", "most_cm"), [(pt.Smooth(), 5.0), (pt.Mixture(), 12.0)])
+def test_an_arm_that_moves_at_the_first_frame_is_followed_from_there(method: pt.Mixture, most_cm: float) -> None:
+    found = []
+    for seed in (201, 202, 203):
+        recording, sightings = cut_where_it_is_fastest(seed)
+        track = pt.track(recording, method, 1, sightings=sightings)
+        assert track.method.velocity_start_sd >= 0.3
+        assert pt.doubts(track) == ()
+        found.append(pt.evaluate(track, recording.truth).joints["wrist"])
+    assert 100 * np.sqrt(np.mean([wrist.rms_m**2 for wrist in found])) < most_cm
+    assert np.mean([wrist.coverage for wrist in found], axis=0).min() > 0.9
+
+
+def test_an_arm_that_was_taken_to_rest_would_not_be() -> None:
+    recording, sightings = cut_where_it_is_fastest(201)
+    track = pt.track(recording, pt.Mixture(velocity_start_sd=0.021), 1, sightings=sightings)
+    assert track.method.velocity_start_sd == 0.021
+    assert pt.evaluate(track, recording.truth).joints["wrist"].rms_m > 0.12
+
+
+@pytest.mark.parametrize("method", [pt.Smooth(), pt.Mixture(), pt.Ekf(), pt.Joint(particles=200)])
+def test_an_arm_that_rests_is_found_to(method: pt.ArmMethod) -> None:
+    simulation = ArmSimulation(LIVELY, 204)
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0)).first(50)
+    track = pt.track(simulation.recording(), method, 1, sightings=sightings)
+    assert track.method.velocity_start_sd == 0.02
+
+
+def test_a_start_that_only_the_ray_tells_may_move_and_be_elsewhere() -> None:
+    simulation = ArmSimulation(LIVELY, 204)
+    spreads = {"position_start_sd_m": 0.3, "velocity_start_sd": 0.8}
+    recording = dataclasses.replace(simulation.recording(), spreads=spreads)
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0)).first(50)
+    method = pt.track(recording, pt.Smooth(), 1, sightings=sightings).method
+    assert (method.position_start_sd_m, method.velocity_start_sd) == (0.3, 0.8)
