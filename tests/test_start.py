@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.methods.arm import ArmMethod
 from pytracker.rotation import triple
 from pytracker.simulate import ArmSimulation
 
@@ -51,7 +52,7 @@ def test_an_arm_that_was_taken_to_rest_would_not_be() -> None:
 
 
 @pytest.mark.parametrize("method", [pt.Smooth(), pt.Mixture(), pt.Ekf(), pt.Joint(particles=200)])
-def test_an_arm_that_rests_is_found_to(method: pt.ArmMethod) -> None:
+def test_an_arm_that_rests_is_found_to(method: ArmMethod) -> None:
     simulation = ArmSimulation(LIVELY, 204)
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0)).first(50)
     track = pt.track(simulation.recording(), method, 1, sightings=sightings)

@@ -3,6 +3,7 @@
 | file | what |
 |---|---|
 | `patch_colour`, `camshift`, `sightings` | an arm's colour patch in a frame, in one video, in all of them |
+| `standing` | what of its colour stands where it is |
 | `landmarks` | an arm's shoulder and elbow, by further patches or keypoints |
 | `silhouette`, `skin`, `thresholds`, `smaller` | a body's foreground, edges and skin, in pictures as large as need be |
 | `background`, `left_behind` | the scene without the person; what stays where a hand was |

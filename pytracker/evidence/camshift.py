@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.evidence.patch_colour import Box, CamshiftParameters, PatchColour, Piece
 from pytracker.evidence.smaller import LEAST_PX, place_in_frame, smaller
-from pytracker.formats.video import Frame, Image, frames
+from pytracker.evidence.standing import Standing
+from pytracker.formats.video import Frame, Image, as_image, frames
 
 __all__ = ["REPEATS", "PatchSighting", "PatchTrack", "PatchTracker", "track_patch"]
 
@@ -33,6 +34,7 @@ REACH_PX = 12
 """Camshift looks by 10 px beyond what it found, pixels are blurred over one."""
 DARK = 32.0
 """A first frame whose mean is less shows nothing: the video fades in, or begins black."""
+TOGETHER = "beside something of its colour that stands there"
 SMALLER_PX = 8.0
 """What stands beside the patch is looked for in a picture so small that the patch is no smaller than this."""
 
@@ -93,6 +95,7 @@ class PatchTracker:
         self._first = found
         self._size = float(np.sqrt(found.mass))
         self._times_smaller = int(max(1, min(self._size // SMALLER_PX, min(image.shape[:2]) // LEAST_PX)))
+        self._standing = Standing(self._coloured(image), _grown(found.box, REACH_PX), self._times_smaller)
         self._centre = found.centre
         self._velocity = np.zeros(2)
         self._box = found.box
@@ -116,6 +119,8 @@ class PatchTracker:
             self._lost = True
             return PatchSighting((np.nan, np.nan), False, reason)
         self._accept(found, image)
+        if self._standing.is_covered(found.box):
+            return PatchSighting((np.nan, np.nan), False, TOGETHER)
         return PatchSighting((float(found.centre[0]), float(found.centre[1])), True, "")
 
     def _accept(self, found: Piece, image: Image) -> None:
@@ -123,16 +128,24 @@ class PatchTracker:
         self._velocity = np.zeros(2) if self._lost else moved
         self._centre, self._box, self._lost = found.centre, found.box, False
         self._candidates = []
-        # What stands beside the patch is not the patch: it must not be taken for it after a loss.
-        beside = (piece.centre for piece in self._pieces(image, self._times_smaller))
+        # What is beside the patch is not the patch: it must not be taken for it after a loss.
+        back = self._colour.back_projection(smaller(image, self._times_smaller))
+        beside = (piece.centre for piece in self._pieces(back, self._times_smaller))
         self._others = [centre for centre in beside if not self._near(centre, found.centre)]
+        self._standing.learn(self._of_colour(back), _grown(found.box, REACH_PX))
 
-    def _pieces(self, image: Image, times: int = 1) -> list[Piece]:
-        """Everything of the patch's colour that is not much smaller, looked for in a picture so many times smaller.
+    def _coloured(self, image: Image) -> Image:
+        """Where the smaller picture is of the patch's colour, 0 or 255."""
+        return self._of_colour(self._colour.back_projection(smaller(image, self._times_smaller)))
+
+    def _of_colour(self, back: Image) -> Image:
+        return as_image(cv2.inRange(back, self.parameters.purity, 255))
+
+    def _pieces(self, back: Image, times: int = 1) -> list[Piece]:
+        """Everything of the patch's colour that is not much smaller, of a picture so many times smaller.
 
         Centres are pixels of the frame, masses and boxes of the smaller picture.
         """
-        back = self._colour.back_projection(smaller(image, times))
         pieces = self._colour.pieces(back, self.parameters.min_mass * self._first.mass / times**2)
         return [replace(piece, centre=place_in_frame(piece.centre, times)) for piece in pieces]
 
@@ -151,9 +164,10 @@ class PatchTracker:
         x, y, w, h = about
         if w < 1 or h < 1:
             return None
-        found = self._measure(self._colour.back_projection(image[y : y + h, x : x + w]), window, (x, y))
+        back = self._standing.without(self._colour.back_projection(image[y : y + h, x : x + w]), (x, y))
+        found = self._measure(back, window, (x, y))
         if found is not None and not _is_within(_clip(_grown(found.box, REACH_PX), image), about):
-            return self._measure(self._colour.back_projection(image), window)
+            return self._measure(self._standing.without(self._colour.back_projection(image)), window)
         return found
 
     def _measure(self, back: Image, window: Box, at: tuple[int, int] = (0, 0)) -> Piece | None:
@@ -194,19 +208,25 @@ class PatchTracker:
 
     def _search(self, image: Image) -> tuple[Piece | None, str]:
         """Look over the whole frame for the patch, passing over what already stood beside it."""
-        best: Piece | None = None
-        others = []
-        for blob in self._pieces(image):
-            if any(self._near(blob.centre, other) for other in self._others):
-                others.append(blob.centre)
-            elif self._looks_right(blob) and (best is None or blob.mass > best.mass):
-                best = blob
+        back = self._colour.back_projection(image)
+        pieces = self._pieces(back)
+        others = [piece.centre for piece in pieces if any(self._near(piece.centre, other) for other in self._others)]
         # Those that were hidden for now stay known; those that moved are followed.
         hidden = [other for other in self._others if not any(self._near(other, seen) for seen in others)]
         self._others = others + hidden
-        if best is None:
+        found = [piece for piece in pieces if self._looks_right(piece) and self._is_no_other(piece, pieces)]
+        if not found:
             return None, "patch not found again"
+        best = max(found, key=lambda blob: blob.mass)
         return best, "" if self._agrees(best) else "patch found again, not yet believed"
+
+    def _is_no_other(self, piece: Piece, pieces: list[Piece]) -> bool:
+        """Whether it is none of what is beside the patch: by itself, or beside one that stands where it stood."""
+        if self._standing.is_covered(piece.box):
+            return False
+        standing = [one.centre for one in pieces if one is not piece and self._standing.is_at(one.centre)]
+        beside = [other for other in self._others if self._near(piece.centre, other)]
+        return all(any(self._near(other, one) for one in standing) for other in beside)
 
     def _near(self, a: Float, b: Float) -> bool:
         return _distance(a, b) < self.parameters.max_jump * self._size

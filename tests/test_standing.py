@@ -1,0 +1,85 @@
+"""Something of the patch's colour that stands on its way: a mug on the table."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pytracker.evidence import PatchTracker
+from pytracker.evidence.camshift import TOGETHER
+from pytracker.evidence.standing import Standing
+from pytracker.formats.video import Image
+
+BLUE = (190, 60, 30)
+MUG = (150, 100)
+HALF = 10
+
+
+def picture(patch: tuple[float, float], things: list[tuple[int, int]], half: int = HALF, frame: int = 0) -> Image:
+    """A wall, things and before them a patch about its pixel (u, v), with the noise of a camera."""
+    noise = np.random.default_rng(round(1000 * patch[0] + patch[1]) + frame).normal(0, 4, (200, 320, 3))
+    image = np.full((200, 320, 3), (150, 160, 165), dtype=np.float64)
+    for u, v in [*things, (round(patch[0]), round(patch[1]))]:
+        image[max(0, v - half) : v + half + 1, max(0, u - half) : u + half + 1] = BLUE
+    return np.asarray(np.clip(image + noise, 0, 255), dtype=np.uint8)
+
+
+def way(count: int) -> np.ndarray:
+    """To and fro over the mug, stopping half beside it."""
+    k = np.arange(count)
+    u = 150 + 90 * np.sin(0.05 * k)
+    return np.column_stack([np.where((k > 120) & (k < 150), 162.0, u), np.full(count, 104.0)])
+
+
+@pytest.mark.parametrize("half", [10, 22])
+def test_a_patch_that_passes_a_mug_of_its_colour_is_followed(half: int) -> None:
+    path = way(400)
+    path[:, 1] = MUG[1] + 0.4 * half
+    first = picture((240.0, path[0, 1]), [MUG], half)
+    tracker = PatchTracker(first, (240 - half, round(path[0, 1]) - half, 2 * half + 1, 2 * half + 1))
+    off, seen, why = [], 0, set()
+    for u, v in np.concatenate([np.linspace((240, path[0, 1]), path[31], 31), path[31:]]):
+        found = tracker.update(picture((u, v), [MUG], half))
+        if found.valid:
+            seen += 1
+            off.append(np.hypot(found.pixel[0] - round(u), found.pixel[1] - round(v)))
+        else:
+            why.add(found.reason)
+    assert max(off) < 3.0
+    assert seen > 0.5 * len(path)
+    assert TOGETHER in why
+
+
+def test_a_mug_that_is_put_there_is_learned_and_one_that_leaves_forgotten() -> None:
+    box = (20, 20, 20, 20)
+    empty, there = np.zeros((100, 100), np.uint8), np.zeros((100, 100), np.uint8)
+    there[60:70, 60:80] = 255
+    standing = Standing(empty, box, 1)
+    back = there.copy()
+    assert standing.without(back) is back
+    for _ in range(30):
+        standing.learn(there, box)
+    assert not standing.without(back).any()
+    assert standing.is_at(np.array([70.0, 65.0]))
+    assert not standing.is_at(np.array([65.0, 80.0]))
+    assert standing.is_covered((55, 60, 20, 10))
+    assert not standing.is_covered(box)
+    # A part of a picture that begins elsewhere, and one that is half as large.
+    assert not standing.without(back[50:75, 50:85], (50, 50)).any()
+    assert not standing.without(back[::2, ::2], times=2).any()
+    # An arm may lie before it for seconds.
+    for _ in range(150):
+        standing.learn(empty, box)
+    assert not standing.without(back).any()
+    for _ in range(250):
+        standing.learn(empty, box)
+    assert standing.without(back) is back
+
+
+def test_a_patch_that_rests_is_no_mug() -> None:
+    path = [(100.0 + 2 * k, 60.0) for k in range(30)] + [(158.0, 60.0)] * 150 + [(158.0 + k, 60.0) for k in range(40)]
+    tracker = PatchTracker(picture(path[0], []), (90, 50, 21, 21))
+    for frame, place in enumerate(path[1:]):
+        found = tracker.update(picture(place, [], frame=frame))
+        assert found.valid, found.reason
+        assert np.hypot(found.pixel[0] - round(place[0]), found.pixel[1] - place[1]) < 1.5
