@@ -41,6 +41,31 @@ def test_a_heading_that_is_off_is_told(pattern: str) -> None:
         assert "camera and IMU agree better with heading_deg turned by -20° (log evidence +" in doubt
 
 
+def test_a_heading_that_is_another_after_a_pause_is_told() -> None:
+    """A sensor that was started anew: only its gap was named, and the wrist 10 to 17 cm off."""
+    simulation = ArmSimulation(pt.ArmScene(pattern="rectangle", duration_s=20.0, worn=True), 37)
+    recording = simulation.recording()
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    imu = recording.imus[0]
+
+    def said(heading_deg: float) -> tuple[str, ...]:
+        kept = (imu.time_s < 8.0) | (imu.time_s > 10.0)
+        time_s, q = imu.time_s[kept], imu.q_world_segment[kept]
+        later = time_s > 9.0
+        turn = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.radians(heading_deg)]))
+        q[later] = multiply(turn, q[later])
+        assert imu.gyr is not None
+        again = dataclasses.replace(imu, time_s=time_s, acc=imu.acc[kept], gyr=imu.gyr[kept], q_world_segment=q)
+        return pt.doubts(pt.track(dataclasses.replace(recording, imus=(again,)), pt.Mixture(), 1, sightings=sightings))
+
+    assert said(0.0) == ()
+    for heading_deg in (-40.0, 40.0):
+        words = (
+            f"agree better with heading_deg turned by {-heading_deg:+g}° from 10.0 s on, where its sensor had paused"
+        )
+        assert any(words in doubt for doubt in said(heading_deg))
+
+
 @pytest.mark.parametrize(("pattern", "period_s"), [("gesture", 2.5), ("circle", 3.0)])
 def test_a_second_cameras_clock_is_told(pattern: str, period_s: float) -> None:
     """It was told as the camera's pitch, the patch's place or the sensor's clock."""

@@ -27,6 +27,8 @@ SLOWEST_S, FASTEST_S = 0.2, 5e-5
 """No sensor's samples are farther apart, or nearer on average, s."""
 JUMP_S = 600.0
 """No recording has a longer gap, s."""
+RESTART_S = 1.0
+"""Whoever was started anew said nothing for so long, and an orientation filter then may have another heading."""
 
 
 def check(log: ImuLog) -> ImuLog:
@@ -109,7 +111,12 @@ def _check_times(log: ImuLog) -> list[str]:
     if not gaps.size:
         return []
     longest = gaps[np.argmax(interval[gaps])]
+    restart = (
+        ": was the sensor started anew there? Its heading may be another from then on"
+        if interval[longest] > RESTART_S
+        else ""
+    )
     return [
         f"{log.path}: {gaps.size} gaps between samples, the longest {interval[longest]:.3f} s at line "
-        f"{log.lines[longest + 1]} ({log.time_s[longest]:.3f} s); usual interval {usual:.4f} s"
+        f"{log.lines[longest + 1]} ({log.time_s[longest]:.3f} s); usual interval {usual:.4f} s{restart}"
     ]

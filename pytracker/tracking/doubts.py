@@ -27,7 +27,7 @@ from pytracker.tracking.clocks import of_clocks
 from pytracker.tracking.found import found_by
 from pytracker.tracking.patch_place import of_patch_place
 from pytracker.tracking.pauses import of_hanging, of_pauses
-from pytracker.tracking.suspects import MIRRORED, suspects
+from pytracker.tracking.suspects import AFTER_PAUSE, MIRRORED, suspects
 from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track, where_of
 from pytracker.tracking.upper_arm import of_unused_senses, of_upper_arm
@@ -39,7 +39,7 @@ PROBE = Mixture(components=1)
 
 HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15, arm_length_sd_m=0.03)
 """Its log evidence is the arm's length's too, which a heading contradicts most; and any living arm by centimetres."""
-HELD_SUSPECTS = ("heading_deg", "offset_s", MIRRORED)
+HELD_SUSPECTS = ("heading_deg", "offset_s", MIRRORED, AFTER_PAUSE)
 
 LOST = -1e3
 SETTLED_S = 0.5
@@ -205,8 +205,8 @@ def _of_setup(track: ArmTrack) -> tuple[str, ...]:
 
 
 def _gain(better: Array) -> float:
-    """By how much a setting is better over the whole recording; nothing where only a part of it says so."""
-    better = np.clip(better[np.isfinite(better)], -AT_MOST, AT_MOST)
+    """By how much a setting is better over all that it changes; nothing where only a part of that says so."""
+    better = np.clip(better[np.isfinite(better) & (better != 0.0)], -AT_MOST, AT_MOST)
     if len(better) < LEAST_FRAMES:
         return 0.0
     quarters = [float(part.sum()) for part in np.array_split(better, 4)]

@@ -19,7 +19,7 @@ from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion, triple
 
-__all__ = ["MIRRORED", "Suspect", "suspects"]
+__all__ = ["AFTER_PAUSE", "MIRRORED", "Suspect", "suspects"]
 
 HEADINGS_DEG = (-170.0, -90.0, -40.0, -20.0, -10.0, 10.0, 20.0, 40.0, 90.0)
 OFFSETS_S = (-0.8, -0.4, -0.2, -0.1, 0.1, 0.2, 0.4, 0.8)
@@ -30,6 +30,9 @@ SHOULDER_M = (-0.2, -0.1, 0.1, 0.2)
 FOCALS = (0.8, 0.9, 0.95, 1.05, 1.1, 1.2)
 TURNS_DEG = (-10.0, -4.0, -1.5, 1.5, 4.0, 10.0)
 MIRRORED = "the video's left and right"
+AFTER_PAUSE = "the heading from its sensor's pause on"
+PAUSE_S, MOST_PAUSES = 1.0, 2
+"""Who says nothing for so long may have been started anew; of many pauses the longest are asked."""
 DISTANCES_M = (-0.4, -0.2, 0.2, 0.4)
 ALONG_M = (-0.12, -0.06, 0.06, 0.12)
 
@@ -54,6 +57,7 @@ class Suspect:
 def suspects(recording: ArmRecording) -> Iterator[Suspect]:
     """All of them, in all strengths, that there are of such a recording."""
     yield from _of_imu()
+    yield from _of_pauses(recording.imus[0].time_s)
     yield from _of_arm()
     yield from _of_camera()
     for camera, seconds in itertools.product(range(1, len(recording.views)), OFFSETS_S):
@@ -72,6 +76,14 @@ def _of_imu() -> Iterator[Suspect]:
     for (axis, name), degrees in itertools.product(enumerate("xy"), TILTS_DEG):
         words = f"the orientation tilted by {degrees:+g}° about {name}"
         yield Suspect("orientation", words, _turned_world(degrees * np.eye(3)[axis]))
+
+
+def _of_pauses(imu_s: Array) -> Iterator[Suspect]:
+    lasted = np.diff(imu_s)
+    longest = np.argsort(-lasted, kind="stable")[:MOST_PAUSES]
+    for at, degrees in itertools.product(longest[lasted[longest] > PAUSE_S], HEADINGS_DEG):
+        words = f"heading_deg turned by {degrees:+g}° from {imu_s[at + 1]:.1f} s on, where its sensor had paused"
+        yield Suspect(AFTER_PAUSE, words, _turned_world([0.0, 0.0, degrees], from_s=float(imu_s[at + 1])))
 
 
 def _of_arm() -> Iterator[Suspect]:
@@ -132,16 +144,17 @@ def _seen_later(camera: int, seconds: float) -> Callable[[ArmRecording, Sighting
     return see
 
 
-def _turned_world(degrees: Array | list[float]) -> Callable[[ArmRecording], ArmRecording]:
+def _turned_world(degrees: Array | list[float], from_s: float = -np.inf) -> Callable[[ArmRecording], ArmRecording]:
+    """The sensor's idea of the world, from a time on."""
     turn = _quaternion(degrees)
-    return _imu(
-        lambda imu: dataclasses.replace(
-            imu,
-            q_world_segment=np.ascontiguousarray(
-                multiply(np.broadcast_to(turn, (len(imu.acc), 4)), imu.q_world_segment)
-            ),
-        )
-    )
+
+    def apply(imu: Imu) -> Imu:
+        q = imu.q_world_segment.copy()
+        turned = imu.time_s >= from_s
+        q[turned] = multiply(np.broadcast_to(turn, (int(turned.sum()), 4)), q[turned])
+        return dataclasses.replace(imu, q_world_segment=q)
+
+    return _imu(apply)
 
 
 def _later(seconds: float) -> Callable[[Imu], Imu]:
