@@ -232,6 +232,23 @@ def test_rows_of_frames_that_a_video_lost_are_left_out(tmp_path: Path, monkeypat
     assert np.abs(np.array(shown)[frames] - 2 * np.arange(50)).max() <= 1
 
 
+@pytest.mark.parametrize("rate_hz", [100, 120, 240])
+def test_rows_that_are_denser_than_frames_are_of_the_nearest(tmp_path: Path, rate_hz: int) -> None:
+    """A detector's 60 Hz beside a video of 30: refused as another clip's."""
+    times = np.arange(4 * rate_hz) / rate_hz
+    path = tmp_path / "k.csv"
+    rows = [f"{time_s},{100 + k},90" for k, time_s in enumerate(times)]
+    path.write_text("\n".join(["time_s,left_wrist_x,left_wrist_y", *rows]), "utf-8")
+    found = in_pixels(path, read_keypoints(path), tmp_path / "v.mp4", VideoInfo(1000, 240, 240, 60.0))
+    assert found.frames.tolist() == list(range(240))
+    row = found.points[:, 0, KEYPOINTS.index("left_wrist"), 0] - 100
+    assert np.abs(row / rate_hz - found.frames / 60).max() <= 0.5 / rate_hz + 1e-9
+    assert f"has {4 * rate_hz} rows for 240 frames of v.mp4: the 240 nearest are taken" in found.warnings[-1]
+    # Those that end elsewhere are another clip's.
+    with pytest.raises(pt.InputError, match="expected below the 240 frames"):
+        in_pixels(path, read_keypoints(path), tmp_path / "v.mp4", VideoInfo(1000, 240, 240, 50.0))
+
+
 def test_frames_counted_from_one_may_begin_late(tmp_path: Path) -> None:
     rows = [f"{k},{100 + k},90" for k in range(4, 21)]
     (tmp_path / "k.csv").write_text("\n".join(["frame,left_wrist_x,left_wrist_y", *rows]), "utf-8")

@@ -25,6 +25,8 @@ TYPED = 0.05
 """A row every so many frames is every whole number of them, to this share: its rate was typed, or the video's was."""
 MOSTLY, BESIDE = 0.75, 0.6
 """So many rows must be of a frame each, beside it by no more than so much of the usual distance of frames."""
+ENDS = 3.0
+"""Rows that are denser than frames end with the video, to so many frames: else another rate was typed."""
 NOWHERE = -1
 """Instead of the number of a frame that holds no picture."""
 
@@ -59,6 +61,11 @@ def _by_times(
     if nearest is not None:
         without = int((nearest == NOWHERE).sum())
         words = f"{path}: {without} of its {len(nearest)} rows are of no frame of {video.name} by their times: left out"
+        return nearest, (*keypoints.warnings, words)
+    nearest = _nearest_of_dense(time_s, times)
+    if nearest is not None:
+        kept = int((nearest != NOWHERE).sum())
+        words = f"{path}: has {len(nearest)} rows for {len(times)} frames of {video.name}: the {kept} nearest are taken"
         return nearest, (*keypoints.warnings, words)
     if by_rate is not None:
         return by_rate, keypoints.warnings
@@ -116,13 +123,27 @@ def _nearest_but_few(time_s: Array, times: Array) -> Numbers | None:
     """The same, -1 of rows that are of no frame, or of one that another row is nearer to; None where they are many."""
     if len(times) < 2:
         return None
+    frames = _nearest_to_each(time_s, times)
+    return frames if np.count_nonzero(frames != NOWHERE) > MOSTLY * len(time_s) else None
+
+
+def _nearest_of_dense(time_s: Array, times: Array) -> Numbers | None:
+    """The same of rows that are denser than frames and end with them: a detector's own rate; else None."""
+    if len(times) < 2 or len(time_s) <= len(times):
+        return None
+    usual_s = float(np.median(np.diff(times)))
+    frames = _nearest_to_each(time_s, times)
+    is_whole = np.count_nonzero(frames != NOWHERE) >= MOSTLY * len(times)
+    return frames if is_whole and abs(time_s[-1] - times[-1]) <= ENDS * usual_s else None
+
+
+def _nearest_to_each(time_s: Array, times: Array) -> Numbers:
+    """Of which frame each row is: of that to which none is nearer, nor too far away; else -1."""
     nearest = _closest(time_s, times)
     off = np.abs(times[nearest] - time_s)
     order = np.argsort(off, kind="stable")
     kept = order[np.unique(nearest[order], return_index=True)[1]]
     kept = kept[off[kept] <= BESIDE * float(np.median(np.diff(times)))]
-    if len(kept) <= MOSTLY * len(time_s):
-        return None
     frames = np.full(len(time_s), NOWHERE, dtype=np.int64)
     frames[kept] = nearest[kept]
     return frames
