@@ -18,6 +18,8 @@ TIMES_LEFT = 0.6
 """And one that is seconds off must leave far less, as logarithms: movements come round again."""
 LEAST_EXPLAINED = 0.75
 """Where less is explained at any, something else is wrong."""
+MOST_DRIFT = 0.01
+"""By a larger share no two clocks differ (`drift_ppm`)."""
 MOST_STRANGE = 0.65
 """No more is explained of what is strange to the sensor; of its own, slow and worn, 0.74 and more, mostly 0.9."""
 
@@ -55,7 +57,10 @@ def words_of(given: Clock, best: Clock, px_per_m: float) -> str:
         change, check = f"is moved by {best.later_s:+.2f} s", "offset_s"
     else:
         change = f"goes {abs(best.slower):.1%} {'slower' if best.slower > 0 else 'faster'} than the video's"
-        check = "the video's frame rate and the IMU's rate_hz or drift_ppm"
+        check = "the video's frame rate and the IMU's rate_hz"
+        # No clock is as bad as that.
+        lost = ", and whether some of either was lost and its times go on as if not"
+        check += " or drift_ppm" if abs(best.slower) <= MOST_DRIFT else lost
     return (
         f"the patch moves as the IMU does where the IMU's clock {change} ({best.explained:.1%} of its way in the "
         f"picture is explained then, {given.explained:.1%} as it is): check {check}"
