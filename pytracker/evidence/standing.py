@@ -54,11 +54,11 @@ class Standing:
         self._lately[patch], self._share[patch] = kept
         self._decide()
 
-    def without(self, back: Image, at: tuple[int, int] = (0, 0), times: int = 1) -> Image:
-        """A back-projection without what stands; it begins at `at` of a picture that is `times` smaller."""
+    def without(self, back: Image, at: tuple[int, int] = (0, 0)) -> Image:
+        """A back-projection, which begins at `at` of the frame, without what stands."""
         if not self._any:
             return back
-        stands = self._of(back.shape[:2], at, times)
+        stands = self._of(back.shape[:2], at)
         return np.where(stands, np.uint8(0), back)
 
     def is_at(self, centre: Array) -> bool:
@@ -87,11 +87,11 @@ class Standing:
 
         return span(y, h, height), span(x, w, width)
 
-    def _of(self, shape: tuple[int, ...], at: tuple[int, int], times: int) -> NDArray[np.bool_]:
-        """Whether each pixel of such a picture shows what stands."""
+    def _of(self, shape: tuple[int, ...], at: tuple[int, int]) -> NDArray[np.bool_]:
+        """Whether each pixel of such a part of the frame shows what stands."""
         places = []
         for axis, size in enumerate(self._is.shape):
             pixel = at[1 - axis] + np.arange(shape[axis])
-            places.append(np.minimum((pixel * times) // self._times, size - 1))
+            places.append(np.minimum(pixel // self._times, size - 1))
         stands: NDArray[np.bool_] = self._is[places[0][:, None], places[1]]
         return stands
