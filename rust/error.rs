@@ -95,6 +95,20 @@ pub enum Error {
         /// How long is waited, s.
         delay_s: f64,
     },
+    /// A time that is no time of this stream.
+    #[error(
+        "{what} at {time_s} s comes {most_s} s or more after the last at {latest_s} s, expected of the same clock, in seconds"
+    )]
+    Ahead {
+        /// What it is.
+        what: &'static str,
+        /// Its time, s.
+        time_s: f64,
+        /// The time already reached, s.
+        latest_s: f64,
+        /// How far ahead it may be, s.
+        most_s: f64,
+    },
     /// What this kind of subject does not take.
     #[error(
         "{what} is not what this tracker takes, expected IMU samples, patches, landmarks and the upper arm's orientations of an arm, pictures and orientations of a body"
@@ -205,6 +219,15 @@ impl Error {
             | Self::Implausible { .. }
             | Self::Internal { .. }
             | Self::Lost { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// Whether it is of what came before at the very same time.
+    pub(crate) fn is_repetition(&self) -> bool {
+        match self {
+            Self::At { source, .. } => source.is_repetition(),
+            Self::Late { time_s, latest_s, .. } => time_s == latest_s,
             _ => false,
         }
     }

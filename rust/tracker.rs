@@ -21,6 +21,9 @@ use std::collections::VecDeque;
 /// Nobody waits longer for a late observation, s.
 const MOST_DELAY_S: f64 = 3600.0;
 
+/// A time that is so far ahead of all before is none, s: what comes after it would be late for ever.
+const MOST_AHEAD_S: f64 = 3600.0;
+
 /// Who is followed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Subject {
@@ -59,6 +62,7 @@ pub struct Tracker {
     /// Of an arm, where it is known which: its upper arm.
     upper_arm: Option<Segment>,
     delay_s: f64,
+    /// Time of the latest observation that was not refused, s.
     newest_s: f64,
     last_frame_s: Option<f64>,
     lost_at_s: Option<f64>,
@@ -123,8 +127,9 @@ impl Tracker {
     ///
     /// # Errors
     /// [`Error::At`] with the number of an observation that has one, around: [`Error::TooLate`] for what comes later than
-    /// the delay, [`Error::Late`] for what is not later than the last of its kind, [`Error::Foreign`] for what another
-    /// subject observes, and what the subject refuses, after all of which the tracker is as before; a loss of the track
+    /// the delay, [`Error::Ahead`] for a time an hour ahead of all before, [`Error::Late`] for what is not later than the last
+    /// of its kind, [`Error::Foreign`] for what another subject observes, and what the subject refuses, after all of which
+    /// the tracker is as before, but that an arm counts the samples that it had to do without; a loss of the track
     /// ([`Error::is_loss_of_track`]), after which every frame is [`Error::Lost`]. With a delay an error may be of an earlier
     /// observation, which its number tells; this one is kept.
     pub fn observe(&mut self, observation: Observation) -> Result<Option<Estimate>> {
@@ -140,8 +145,27 @@ impl Tracker {
         observation: Observation,
         recorder: Option<&mut dyn Recorder>,
     ) -> Result<Option<Estimate>> {
+        let (time_s, is_sample) = (observation.time_s, matches!(observation.what, What::Inertial(_)));
+        let found = self.accept(observation, recorder);
+        match (&found, &mut self.subject) {
+            (Ok(_), _) => self.newest_s = self.newest_s.max(time_s),
+            (Err(error), Subject::Arm(arm)) if is_sample && !error.is_loss_of_track() && !error.is_repetition() => {
+                arm.miss(time_s);
+            }
+            _ => {}
+        }
+        found
+    }
+
+    /// Take an observation now, or let it wait.
+    fn accept(&mut self, observation: Observation, recorder: Option<&mut dyn Recorder>) -> Result<Option<Estimate>> {
         let time_s = observation.time_s;
         self.subject.check(time_s, &observation.what).map_err(|error| numbered(error, &observation))?;
+        let latest_s = self.newest_s;
+        if latest_s.is_finite() && time_s > latest_s + MOST_AHEAD_S {
+            let error = Error::Ahead { what: observation.what.name(), time_s, latest_s, most_s: MOST_AHEAD_S };
+            return Err(numbered(error, &observation));
+        }
         if self.delay_s == 0.0 {
             return self.take(&observation, recorder);
         }

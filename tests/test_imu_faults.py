@@ -146,11 +146,21 @@ def test_acceleration_that_is_late_is_told(tmp_path: Path, arm: Array) -> None:
 NO_QUATERNION = "time_s,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z"
 
 
-@pytest.mark.parametrize("names", ["quat_1,quat_2,quat_3,quat_4", "q0,q1,q2,q3", "roll,pitch,yaw,extra"])
+@pytest.mark.parametrize("names", ["quat_1,quat_2,quat_3,quat_5", "q0,q1,q2,extra", "roll,pitch,yaw,extra"])
 def test_an_orientation_by_other_names_is_not_passed_over(tmp_path: Path, arm: Array, names: str) -> None:
     assert "look like an orientation, expected it as q_w, q_x, q_y, q_z" in told(
         tmp_path, arm, f"{NO_QUATERNION},{names}"
     )
+
+
+@pytest.mark.parametrize("names", ["quat_1,quat_2,quat_3,quat_4", "q0,q1,q2,q3"])
+def test_a_numbered_quaternion_is_w_first_and_that_is_said(tmp_path: Path, arm: Array, names: str) -> None:
+    assert f"columns {names.replace(',', ', ')} are taken as a quaternion's w, x, y, z" in told(
+        tmp_path, arm, f"{NO_QUATERNION},{names}"
+    )
+    last = np.column_stack([arm[:, : QUATERNION.start], np.roll(arm[:, QUATERNION], -1, axis=1)])
+    told_of_last = told(tmp_path, last, f"{NO_QUATERNION},{names}")
+    assert "gravity" in told_of_last or "orientation" in told_of_last
 
 
 def test_an_xsens_dot_export_keeps_its_orientation_and_its_degrees_are_told(tmp_path: Path, arm: Array) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from conftest import estimated
@@ -52,3 +54,46 @@ def test_a_stream_whose_gyroscope_is_in_degrees_is_doubted() -> None:
     said = doubts_of_stream(pt.Mixture(), np.inf, 1.0, np.degrees(1.0))
     assert "the gyroscope turns otherwise than the orientation" in said[-1][1]
     assert not any(words for _, words in doubts_of_stream(pt.Mixture(), np.inf, 1.0, 1.0))
+
+
+def refused_in_stream(
+    delay_s: float, sent_s: Callable[[float], float], said_s: Callable[[int, float], float]
+) -> tuple[list[str], list[str]]:
+    """Doubts and errors of five seconds whose samples arrive, and say that they were taken, when they did not."""
+    simulation = ArmSimulation(pt.ArmScene(duration_s=5.0), 1)
+    imu = simulation.imu
+    arriving = [
+        (sent_s(t), 0, pt.Observation.inertial(said_s(k, t), acc, q))
+        for k, (t, acc, q) in enumerate(zip(imu.time_s, imu.acc, imu.q_world_segment, strict=True))
+    ]
+    frames = zip(simulation.frame_time_s, simulation.sightings(), strict=True)
+    arriving += [(t, 1, pt.Observation.patch(t, list(pixels))) for t, pixels in frames if t > imu.time_s[0]]
+    tracker, doubts, errors = pt.Tracker(simulation.recording(), pt.Mixture(), 1, delay_s), list[str](), list[str]()
+    for _, _, observation in sorted(arriving, key=lambda one: one[:2]):
+        try:
+            estimate = tracker.observe(observation)
+        except pt.InputError as error:
+            errors.append(str(error))
+        else:
+            doubts += [estimate.doubt or ""] if estimate is not None else []
+    return doubts, errors
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.1])
+def test_a_stream_that_had_to_do_without_many_samples_is_doubted(delay_s: float) -> None:
+    """Samples that come in bursts, later than is waited for: 27 cm off, and nothing was said but by the errors."""
+    doubts, errors = refused_in_stream(delay_s, lambda t: np.ceil(t / 0.3) * 0.3, lambda _, t: t)
+    assert len(errors) > 100
+    assert sum("many IMU samples were refused" in doubt for doubt in doubts) > 0.8 * len(doubts)
+    doubts, errors = refused_in_stream(delay_s, lambda t: t, lambda _, t: t)
+    assert not errors
+    assert not any(doubts)
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.1])
+def test_one_wild_time_does_not_end_a_stream(delay_s: float) -> None:
+    """All that came after it was late for ever."""
+    doubts, (error,) = refused_in_stream(delay_s, lambda t: t, lambda k, t: 1e9 if k == 100 else t)
+    assert "IMU sample at 1000000000 s comes 3600 s or more after the last at" in error
+    assert len(doubts) > 100
+    assert not any(doubts)

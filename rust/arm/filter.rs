@@ -136,6 +136,11 @@ impl ArmFilter {
         Ok(())
     }
 
+    /// An IMU sample was refused.
+    pub fn miss(&mut self, time_s: f64) {
+        self.incoming.miss(time_s);
+    }
+
     /// Take where a camera saw a joint, of the frame that comes next.
     ///
     /// # Errors

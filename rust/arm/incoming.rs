@@ -15,6 +15,8 @@ pub const UNSEEN: &str = "no camera sees the patch";
 pub const SILENT: &str = "no IMU sample for some time";
 /// The specific force is in another unit, or free of gravity.
 pub const WEIGHTLESS: &str = "the acceleration shows no gravity: is it in m/s², with gravity in it?";
+/// Too many of its samples could not be used.
+pub const REFUSED: &str = "many IMU samples were refused: see the errors";
 /// The IMU is stuck.
 pub const STUCK: &str = "the IMU says the same again and again";
 /// The gyroscope and the orientation contradict each other.
@@ -29,6 +31,10 @@ const MEMORY_S: f64 = 2.0;
 const LONGEST_S: f64 = 0.1;
 /// Its mean size at a moving wrist, m/s²: no stroke goes on for so long that it is beyond these.
 const USUAL: [f64; 2] = [4.0, 25.0];
+/// More than this share of the last samples refused is more than a fault now and then.
+const MANY: f64 = 0.2;
+/// The last so many count.
+const LAST: f64 = 100.0;
 /// Turns are compared over so long: beside the noise of single samples, s.
 const TURN_S: f64 = 0.1;
 /// Less turning than this says nothing, rad²: 0.5 rad/s for a second.
@@ -43,6 +49,8 @@ pub struct Incoming {
     silent_s: f64,
     same_s: f64,
     force: f64,
+    /// Share of the last samples.
+    refused: f64,
     last: Option<Sample>,
     turns: Turns,
 }
@@ -90,7 +98,8 @@ impl Turns {
 impl Incoming {
     /// Nothing yet.
     pub fn new() -> Self {
-        Self { unseen_s: 0.0, silent_s: 0.0, same_s: 0.0, force: GRAVITY, last: None, turns: Turns::default() }
+        let (force, turns) = (GRAVITY, Turns::default());
+        Self { unseen_s: 0.0, silent_s: 0.0, same_s: 0.0, force, refused: 0.0, last: None, turns }
     }
 
     /// Take an IMU sample.
@@ -103,7 +112,15 @@ impl Incoming {
             self.same_s = if is_same { self.same_s + elapsed_s } else { 0.0 };
             self.turns.take(&last, sample);
         }
+        self.refused -= self.refused / LAST;
         self.last = Some(*sample);
+    }
+
+    /// A sample was refused; nothing is lost by one that comes twice.
+    pub fn miss(&mut self, time_s: f64) {
+        if self.last.is_none_or(|last| time_s != last.time_s) {
+            self.refused += (1.0 - self.refused) / LAST;
+        }
     }
 
     /// Take a frame, so long after the last.
@@ -120,6 +137,8 @@ impl Incoming {
             Some(TURNS_OTHERWISE)
         } else if self.silent_s > BRIDGED_S {
             Some(SILENT)
+        } else if self.refused > MANY {
+            Some(REFUSED)
         } else if self.same_s > BRIDGED_S {
             Some(STUCK)
         } else if sees_patch && self.unseen_s > BRIDGED_S {
@@ -217,6 +236,33 @@ mod tests {
         assert_eq!(incoming.doubt(true), Some(UNSEEN));
         assert_eq!(incoming.doubt(false), None);
         incoming.look(0.0, 0.04, true);
+        assert_eq!(incoming.doubt(true), None);
+    }
+
+    #[test]
+    fn many_refused_samples_are_doubted_and_few_or_repeated_ones_are_not() {
+        let mut incoming = after(1.0, GRAVITY);
+        let last = incoming.last.unwrap();
+        for k in 0..60 {
+            incoming.miss(last.time_s); // comes again
+            if k < 20 {
+                incoming.miss(0.5);
+            }
+        }
+        assert_eq!(incoming.doubt(true), None);
+        for k in 0..10 {
+            incoming.miss(2.0 + f64::from(k));
+        }
+        assert_eq!(incoming.doubt(true), Some(REFUSED));
+        let mut time_s = last.time_s;
+        for k in 0..100 {
+            time_s += 0.01;
+            incoming.take(&Sample {
+                time_s,
+                acceleration: last.acceleration * (1.0 + 1e-3 * f64::from(k % 3)),
+                ..last
+            });
+        }
         assert_eq!(incoming.doubt(true), None);
     }
 

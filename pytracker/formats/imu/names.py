@@ -2,7 +2,7 @@
 
 A name is its quantity, its axis and, in brackets or behind the name, its unit: `Gyroscope x (rad/s)`, `acc_x[mg]`,
 `time_ms`. A quaternion's numbers are known by their letters (`Quat_W`, `qx`, `orientation.z`); where they are numbered
-their order has to be said.
+(`q0` to `q3`) the first is taken for w, and that is said.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 from pytracker.inertial.gravity import GRAVITY
 
-__all__ = ["Column", "devices_of_shimmer", "known_as", "of_shimmer", "unit_in"]
+__all__ = ["Column", "devices_of_shimmer", "known_as", "numbered_quaternion", "of_shimmer", "unit_in"]
 
 SHIMMER = re.compile(
     r"(.*?)_?(accel_ln|accel_wr|gyro|mag|quat_madge_[69]dof|timestamp(?:sync)?(?:_(?:formatted)?unix)?)(?:_([wxyz]))?_cal"
@@ -50,6 +50,7 @@ OF_ROS = re.compile(r"(?:field\.)?linear_acceleration\.([xyz])")
 G_FORCE = re.compile(r"gf(?:orce)?([xyz])")
 """Physics Toolbox's, in g; its `ax` is without gravity."""
 QUATERNION = re.compile(r"(?:q|quat|quaternion|rotation|(?:field)?orientation)([wxyz])")
+NUMBERED = re.compile(r"(?:q|quat|quaternion|ori|orientation)[ _.]?([0-4])")
 DEGREES = 0.017453292519943295
 UNITS: dict[str, dict[str, float]] = {
     "time": {
@@ -143,6 +144,12 @@ def known_as(header: str) -> Column | None:
         if match := pattern.fullmatch(base):
             return _in_unit(sensor, f"{sensor}_{match[1]}", unit)
     return None
+
+
+def numbered_quaternion(headers: Sequence[str]) -> list[str]:
+    """The four columns that are numbered from 0 or from 1 as a quaternion's; none where it is not just these."""
+    found = {match[1]: header for header in headers if (match := NUMBERED.fullmatch(header))}
+    return [found[number] for number in sorted(found)] if "".join(sorted(found)) in ("0123", "1234") else []
 
 
 def unit_in(header: str, ours: str) -> Column:

@@ -19,7 +19,14 @@ from pytracker._core import InputError
 from pytracker.formats.imu.clock import seconds
 from pytracker.formats.imu.counter import as_counted, counter_in, steps_of
 from pytracker.formats.imu.dates import as_seconds
-from pytracker.formats.imu.names import Column, devices_of_shimmer, known_as, of_shimmer, unit_in
+from pytracker.formats.imu.names import (
+    Column,
+    devices_of_shimmer,
+    known_as,
+    numbered_quaternion,
+    of_shimmer,
+    unit_in,
+)
 from pytracker.formats.text import cells_of, delimited, parse_table, without_cut_row
 from pytracker.inertial.log import ImuLog
 
@@ -98,6 +105,8 @@ def read(
     """
     header = header_of(lines)
     names, known = _ours(path, list(header.names), columns or {})
+    numbered = [] if set(QUATERNION) & set(names) else numbered_quaternion(names)
+    names = [QUATERNION[numbered.index(name)] if name in numbered else name for name in names]
     if len(header.devices) > 1 and not columns:
         raise InputError(
             f"{path}:{header.first}: holds the sensors {', '.join(header.devices)[:200]}, expected one a file, or "
@@ -122,6 +131,9 @@ def read(
     if steps is not None:
         time_s, skips = as_counted(steps, time_s, scaled(*GYR), table.lines)
         odd = (*odd, f"{path}: {skips}") if skips else odd
+    if numbered:
+        words = f"{path}: columns {', '.join(numbered)} are taken as a quaternion's w, x, y, z"
+        odd = (*odd, f'{words}: quaternion = "xyzw" says otherwise')
     strange = [name for name in names if name not in OURS and TURN_LIKE.match(name)]
     if strange and GYR[0] not in names:
         words = f"{path}: columns {', '.join(strange)[:200]} look like a turn rate and are not read"
