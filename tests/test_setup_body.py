@@ -205,6 +205,10 @@ def test_a_body_needs_no_calibration(tmp_path: Path) -> None:
     assert "known to 10%" in found["focal length"].evidence
     assert found["first pose"].writes["initial.distance_sd_m"]
     assert list(found["camera's pitch"].writes) == ["camera.rotation"]
+    assert "give or take" in found["camera's pitch"].evidence
+    written = path.read_text()
+    assert "# found by pytracker check" in next(line for line in written.splitlines() if line.startswith("rotation"))
+    assert "guessed, as of a phone" in written
     later = {finding.what: finding for finding in check(folder).findings}
     assert not later["camera's pitch"].writes
     assert "of a camera whose place is not known" in later["camera's pitch"].evidence

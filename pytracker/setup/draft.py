@@ -17,6 +17,8 @@ __all__ = ["Draft"]
 
 LISTS = ("camera", "imu")
 """Tables that may stand more than once: `imu` is the first, `imu[1]` the second."""
+FOUND = "found by pytracker check"
+"""What stands behind a value that took a guess's place."""
 
 
 class Draft:
@@ -64,7 +66,7 @@ class Draft:
         return None if not isinstance(name, str) else self.folder / name
 
     def set(self, place: str, value: object, note: str = "") -> None:
-        """Put a value where one stood, or at the end of its table, and a note behind it."""
+        """Put a value where one stood, or at the end of its table, and a note behind it; a guess is none any more."""
         name, key = place.split(".")
         table = self._table(name)
         if table is None:
@@ -77,6 +79,8 @@ class Draft:
             else:
                 self._document[name] = table
         assert table is not None
+        if not note and key in table and table.item(key).trivia.comment.startswith("# guessed"):
+            note = FOUND
         table[key] = tomlkit.item(value).comment(note) if note else value
 
     def save(self) -> None:
