@@ -7,7 +7,7 @@ from typing import Any
 
 import tomlkit
 from tomlkit.exceptions import TOMLKitError
-from tomlkit.items import AbstractTable
+from tomlkit.items import AbstractTable, Item
 
 from pytracker._core import InputError
 from pytracker.output import write_whole
@@ -79,7 +79,8 @@ class Draft:
             else:
                 self._document[name] = table
         assert table is not None
-        if not note and key in table and table.item(key).trivia.comment.startswith("# guessed"):
+        there = table.item(key) if key in table else None
+        if not note and isinstance(there, Item) and there.trivia.comment.startswith("# guessed"):
             note = FOUND
         table[key] = tomlkit.item(value).comment(note) if note else value
 
