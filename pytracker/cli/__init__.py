@@ -5,7 +5,8 @@
 | `options` | what several commands share |
 | `settings` | `--method` and `--set` |
 | `parameters` | what `--help` says of them |
-| `tracking` | `demo`, `track`, `report`, `evaluate`, `inspect` |
+| `tracking` | `demo`, `track`, `report`, `inspect` |
+| `results` | `evaluate`, `export` |
 | `setting_up` | `init`, `keypoints`, `check` |
 | `calibrating` | `board`, `calibrate camera`, `calibrate pose`, `calibrate level`, `calibrate export` |
 | `studies` | `study`, `reproduce` |

@@ -1,8 +1,7 @@
-"""Commands on one recording: `demo`, `track`, `report`, `evaluate`, `inspect`."""
+"""Commands on one recording: `demo`, `track`, `report`, `inspect`."""
 
 from __future__ import annotations
 
-import json
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -25,12 +24,8 @@ from pytracker.outcomes import EARLIER, Outcome
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
-from pytracker.report.json_file import plain
-from pytracker.report.labels import HELD
-from pytracker.report.metadata import of_another_run, read_run
-from pytracker.report.tables import read_track
-from pytracker.scores.agreement import beside_truth, disagreement
-from pytracker.scores.evaluate import held
+from pytracker.report.metadata import read_run
+from pytracker.scores.agreement import disagreement
 from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.fits import why_unfit
 from pytracker.tracking.track import default_method
@@ -218,25 +213,6 @@ def report(
     if recording.truth is not None:
         print_comparison(tracks, quiet)
     say(f"report: {out / 'index.html'}", quiet)
-
-
-@commands.command()
-def evaluate(
-    folder: Folder, results: Annotated[list[Path], typer.Argument(help="track.csv files, or folders that hold one.")]
-) -> None:
-    """Score track.csv files, and the first one's first pose, held, against the recording's truth; prints JSON."""
-    recording = pt.load(folder)
-    warn(recording.warnings)
-    files = [path / "track.csv" if path.is_dir() else path for path in results]
-    for file in files:
-        warn(of_another_run(file, recording))
-    tracks = [read_track(file, recording.camera) for file in files]
-    for file, scored in zip(files, tracks, strict=True):
-        odd = (*beside_truth(scored, recording.truth), *disagreement(scored, recording.truth))
-        warn(tuple(f"{file}: {words}" for words in odd))
-    shown = {str(path): track for path, track in zip(results, tracks, strict=True)} | {HELD: held(tracks[0])}
-    scores = {name: pt.evaluate(track, recording.truth).as_dict() for name, track in shown.items()}
-    print(json.dumps(plain(scores), indent=2))
 
 
 @commands.command()

@@ -7,10 +7,13 @@
 | `scores.json` | where the recording has truth |
 | `overlay.webm` | the video with what was tracked drawn over it |
 | `index.html` | one page that a clinician can print |
+
+`export` writes a track's joints for other programs.
 """
 
 from __future__ import annotations
 
+from pytracker.report.export import export
 from pytracker.report.write import write_report
 
-__all__ = ["write_report"]
+__all__ = ["export", "write_report"]

@@ -23,6 +23,8 @@ from pytracker.tracking.tracks import JointTrack, Track
 
 __all__ = [
     "TrackFile",
+    "TrackRows",
+    "read_rows",
     "read_track",
     "write_motion",
     "write_scores",
@@ -86,27 +88,39 @@ def _cell(value: np.bool_ | np.float64) -> str:
     return "" if math.isnan(value) else f"{value:.6f}"
 
 
-class TrackFile:
-    """A track read back from `track.csv`: what `evaluate` needs of it.
+class TrackRows:
+    """A track read back from `track.csv`.
 
     Attributes:
         time_s: recording time `(T,)`, s.
         joints: by name.
         valid: whether the frame was tracked and the patch seen, `(T,)`.
+    """
+
+    def __init__(self, time_s: Array, joints: dict[str, JointTrack], valid: np.ndarray) -> None:
+        self.time_s, self.joints, self.valid = time_s, joints, valid
+
+
+class TrackFile(TrackRows):
+    """The same with what `evaluate` needs besides.
+
+    Attributes:
         camera: the first of its recording.
     """
 
     def __init__(
         self, time_s: Array, joints: dict[str, JointTrack], valid: np.ndarray, camera: Camera | WeakPerspective
     ) -> None:
-        self.time_s, self.joints, self.valid, self.camera = time_s, joints, valid, camera
+        super().__init__(time_s, joints, valid)
+        self.camera = camera
 
 
-def read_track(path: Path, camera: Camera | WeakPerspective) -> TrackFile:
-    """Read `track.csv` of a recording with that camera. Raises `InputError`."""
+def read_rows(path: Path) -> TrackRows:
+    """Read `track.csv`. Raises `InputError`."""
     lines = read_lines(path)
     names = lines[0].split(",")
     joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
+    judged = [f"{joint}_valid" for joint in joints if f"{joint}_valid" in names]
     quantity_names = [f"{j}_{a}{s}_m" for j in joints for s, _ in QUANTITIES for a in "xyz"]
     missing = sorted({"time_s", "valid", *quantity_names} - set(names))
     if missing or not joints:
@@ -116,7 +130,7 @@ def read_track(path: Path, camera: Camera | WeakPerspective) -> TrackFile:
     # The reason is free text in the last column; no other column holds a comma.
     last = len(names) - 1
     plain = [lines[0], *(",".join([*line.split(",", last)[:last], ""]) for line in lines[1:])]
-    table = parse_table(path, plain, 1, names, ",", {"time_s", "valid", *quantity_names})
+    table = parse_table(path, plain, 1, names, ",", {"time_s", "valid", *quantity_names, *judged})
 
     def columns(*wanted: str) -> Array:
         values = table.columns(*wanted)
@@ -126,8 +140,16 @@ def read_track(path: Path, camera: Camera | WeakPerspective) -> TrackFile:
     tracks = {}
     for joint in joints:
         mean, sd, lo, hi = (columns(*(f"{joint}_{a}{s}_m" for a in "xyz")) for s, _ in QUANTITIES)
-        tracks[joint] = JointTrack(mean=mean, mode=mean, sd=sd, lo=lo, hi=hi)
-    return TrackFile(columns("time_s")[:, 0], tracks, columns("valid")[:, 0] > 0, camera)
+        is_judged = f"{joint}_valid" in judged
+        reason = tuple("" if right else "not valid" for right in columns(f"{joint}_valid")[:, 0]) if is_judged else ()
+        tracks[joint] = JointTrack(mean=mean, mode=mean, sd=sd, lo=lo, hi=hi, reason=reason)
+    return TrackRows(columns("time_s")[:, 0], tracks, columns("valid")[:, 0] > 0)
+
+
+def read_track(path: Path, camera: Camera | WeakPerspective) -> TrackFile:
+    """Read `track.csv` of a recording with that camera. Raises `InputError`."""
+    rows = read_rows(path)
+    return TrackFile(rows.time_s, rows.joints, rows.valid, camera)
 
 
 def write_scores(path: Path, scores: Sequence[Scores | None], labels: Sequence[str]) -> None:
