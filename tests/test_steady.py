@@ -36,8 +36,9 @@ def filmed_anew(video: Path, to: Path, beside_px: Callable[[int], tuple[float, f
         lambda k: (0.0 if k < 40 else 30.0, 0.0),
         lambda k: (8 * np.sin(k / 10), 5 * np.cos(k / 13)),
         lambda k: (0.0, 0.1 * k),
+        lambda k: (0.0 if k < 40 else 150.0, 20.0 if k < 40 else 0.0),
     ],
-    ids=["bumped", "by hand", "sinks"],
+    ids=["bumped", "by hand", "sinks", "bumped far"],
 )
 def test_a_camera_that_moves_is_told(
     simulated: Path, tmp_path: Path, beside_px: Callable[[int], tuple[float, float]]
@@ -63,6 +64,21 @@ def test_of_people_before_cameras_on_stands_nothing_is_said(shared: Callable[[st
     videos = [*shared("data/people/gestures").glob("*.avi"), *shared("data/video/asl").glob("*.mkv")]
     assert len(videos) > 20
     assert [video.name for video in videos if camera_moves(video).words] == []
+
+
+def test_where_nothing_tells_it_is_as_it_was_told_last(simulated: Path, tmp_path: Path) -> None:
+    """A camera that drifted on until nothing could be compared was taken to have come back."""
+    images = [frame.image for frame in frames(filmed_anew(simulated / "video.mp4", tmp_path / "a.avi", bumped))]
+    writer = cv2.VideoWriter(str(tmp_path / "b.avi"), cv2.VideoWriter.fourcc(*"MJPG"), 25.0, images[0].shape[1::-1])
+    for k, image in enumerate(images):
+        writer.write(image if k < 0.7 * len(images) else np.full_like(image, 90))
+    writer.release()
+    moves = camera_moves(tmp_path / "b.avi")
+    assert min(moves.moved_px[-2:]) > 25.0
+
+
+def bumped(k: int) -> tuple[float, float]:
+    return (0.0 if k < 20 else 30.0, 0.0)
 
 
 def test_frames_of_a_camera_that_was_bumped_are_not_valid(simulated: Path, tmp_path: Path) -> None:

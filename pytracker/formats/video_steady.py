@@ -1,7 +1,9 @@
 """Whether a camera stood still: what is at the picture's left and right edge must stay where it is.
 
-Corners of the first frame are followed into a few others (pyramidal Lucas-Kanade, there and back). People move in the
-middle; what moves alike at both edges is the camera.
+Corners of the first frame are followed into a few others (pyramidal Lucas-Kanade, there and back), from where they
+were or, of a camera that turned far, from where all of the picture went (phase correlation); where that tells nothing,
+those of the look before. People move in the middle; what moves alike at both edges is the camera. What is not told is
+as it was told last.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ class CameraMoves:
 
     Attributes:
         time_s: of the video's clock, increasing, the first frame's first.
-        moved_px: by how much, px of the video; 0 where nothing tells.
+        moved_px: by how much, px of the video; as before where nothing tells.
         longer_px: the longer side of its pictures.
     """
 
@@ -80,34 +82,58 @@ def camera_moves(video: Path) -> CameraMoves:
     image = next(looks).image
     longer_px = max(image.shape[:2])
     scale = min(1.0, LONGER_PX / longer_px)
-    first = _small(image, scale)
-    found = cv2.goodFeaturesToTrack(first, CORNERS, 0.01, 7)
-    corners = np.asarray([] if found is None else found, dtype=np.float32).reshape(-1, 1, 2)
-    time_s, moved_px = [0.0], [0.0]
-    for frame in looks if len(corners) else ():
+    first = before = _small(image, scale)
+    time_s, moved = [0.0], [np.zeros(2)]
+    for frame in looks:
+        now = _small(frame.image, scale)
+        by = _moved(first, now)
+        if by is None:
+            since = _moved(before, now)
+            by = moved[-1] if since is None else moved[-1] + since
         time_s.append(frame.time_s)
-        moved_px.append(_moved(first, _small(frame.image, scale), corners) / scale)
-    return CameraMoves(tuple(time_s), tuple(moved_px), longer_px)
+        moved.append(by)
+        before = now
+    return CameraMoves(tuple(time_s), tuple(float(np.linalg.norm(by)) / scale for by in moved), longer_px)
 
 
 def _small(image: Image, scale: float) -> cv2.typing.MatLike:
     return cv2.resize(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 
 
-def _moved(first: cv2.typing.MatLike, other: cv2.typing.MatLike, corners: NDArray[np.float32]) -> float:
-    """By how much the edge that moved less did, px; 0 where either does not say."""
-    there, seen, _ = cv2.calcOpticalFlowPyrLK(first, other, corners, np.zeros_like(corners))
-    back, again, _ = cv2.calcOpticalFlowPyrLK(other, first, there, np.zeros_like(corners))
+def _moved(first: cv2.typing.MatLike, other: cv2.typing.MatLike) -> Array | None:
+    """By how much the edge that moved less did, px `(2,)`; None where either does not say."""
+    found = cv2.goodFeaturesToTrack(first, CORNERS, 0.01, 7)
+    corners = np.asarray([] if found is None else found, dtype=np.float32).reshape(-1, 1, 2)
+    if not len(corners):
+        return None
+    by = _followed(first, other, corners, np.zeros(2))
+    if by is not None:
+        return by
+    window = cv2.createHanningWindow(first.shape[::-1], cv2.CV_32F)
+    whole, _ = cv2.phaseCorrelate(first.astype(np.float32), other.astype(np.float32), window)
+    return _followed(first, other, corners, np.array(whole))
+
+
+def _followed(
+    first: cv2.typing.MatLike, other: cv2.typing.MatLike, corners: NDArray[np.float32], about: Array
+) -> Array | None:
+    """The same, of corners that moved `about` so far `(2,)`: by what both pictures show of either edge."""
+    guess, flags = np.asarray(corners + about, dtype=np.float32), cv2.OPTFLOW_USE_INITIAL_FLOW
+    there, seen, _ = cv2.calcOpticalFlowPyrLK(first, other, corners, guess.copy(), flags=flags)
+    back, again, _ = cv2.calcOpticalFlowPyrLK(
+        other, first, there, np.asarray(there - about, dtype=np.float32), flags=flags
+    )
     is_same = np.linalg.norm((back - corners).reshape(-1, 2), axis=1) < 0.5
     kept = (seen.ravel() == 1) & (again.ravel() == 1) & is_same
     at, moved = np.asarray(corners).reshape(-1, 2)[kept], (there - corners).reshape(-1, 2)[kept]
-    width = first.shape[1]
+    left, right = max(0.0, -about[0]), first.shape[1] - max(0.0, about[0])
+    quarter = 0.25 * (right - left)
     by_edge = []
-    for edge in (at[:, 0] < width / 4, at[:, 0] > 3 * width / 4):
+    for edge in (at[:, 0] < left + quarter, at[:, 0] > right - quarter):
         if edge.sum() < LEAST:
-            return 0.0
+            return None
         middle = np.median(moved[edge], axis=0)
         if (np.linalg.norm(moved[edge] - middle, axis=1) < ALIKE_PX).mean() < ALIKE:
-            return 0.0
-        by_edge.append(float(np.linalg.norm(middle)))
-    return min(by_edge)
+            return None
+        by_edge.append(middle)
+    return np.asarray(min(by_edge, key=lambda by: float(np.linalg.norm(by))))
