@@ -82,3 +82,23 @@ def test_a_patch_that_rests_is_no_mug() -> None:
         found = tracker.update(picture(place, [], frame=frame))
         assert found.valid, found.reason
         assert np.hypot(found.pixel[0] - round(place[0]), found.pixel[1] - place[1]) < 1.5
+
+
+def test_a_mug_close_by_in_the_first_frame_is_no_part_of_the_patch() -> None:
+    """Camshift began on both, 16 px beside the patch, and stayed so: 14 cm off, valid."""
+    at, mug = np.array([120.0, 100.0]), (143, 108)
+    path = [at + np.array([0.0, -0.5 * k]) for k in range(60)] + [at + np.array([-k, -30.0]) for k in range(60)]
+    tracker = PatchTracker(picture((at[0], at[1]), [mug]), (110, 90, 21, 21))
+    for frame, (u, v) in enumerate(path):
+        found = tracker.update(picture((u, v), [mug], frame=frame))
+        assert found.valid, found.reason
+        assert np.hypot(found.pixel[0] - round(u), found.pixel[1] - round(v)) < 2.0
+
+
+def test_a_patch_whose_box_holds_two_pieces_of_it_is_all_of_them() -> None:
+    """A strap across it parts it."""
+    image = picture((120.0, 100.0), [])
+    image[98:103] = (150, 160, 165)
+    found = PatchTracker(image, (108, 88, 25, 25)).update(image + np.uint8(1))
+    assert found.valid
+    assert np.hypot(found.pixel[0] - 120.0, found.pixel[1] - 100.0) < 1.5

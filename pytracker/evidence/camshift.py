@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.evidence.patch_colour import Box, CamshiftParameters, PatchColour, Piece
 from pytracker.evidence.smaller import LEAST_PX, place_in_frame, smaller
-from pytracker.evidence.standing import Standing
+from pytracker.evidence.standing import Standing, in_one_piece
 from pytracker.formats.video import Frame, Image, as_image, frames
 
 __all__ = ["REPEATS", "PatchSighting", "PatchTrack", "PatchTracker", "track_patch"]
@@ -80,7 +80,10 @@ class PatchTracker:
     def __init__(self, image: Image, box: Box, parameters: CamshiftParameters | None = None) -> None:
         self.parameters = parameters or CamshiftParameters()
         self._colour = PatchColour(image, box, self.parameters)
-        found = self._measure(self._colour.back_projection(image), box)
+        back = self._colour.back_projection(image)
+        x, y, w, h = box
+        is_patch = in_one_piece(self._of_colour(back), (slice(y, y + h), slice(x, x + w)))
+        found = self._measure(np.where(is_patch, back, np.uint8(0)), box)
         if found is None or found.mass < 9:
             mean = float(image.mean())
             hint = (
@@ -95,7 +98,7 @@ class PatchTracker:
         self._first = found
         self._size = float(np.sqrt(found.mass))
         self._times_smaller = int(max(1, min(self._size // SMALLER_PX, min(image.shape[:2]) // LEAST_PX)))
-        self._standing = Standing(self._coloured(image), _grown(found.box, REACH_PX), self._times_smaller)
+        self._standing = Standing(self._coloured(image), box, self._times_smaller)
         self._centre = found.centre
         self._velocity = np.zeros(2)
         self._box = found.box
@@ -210,15 +213,23 @@ class PatchTracker:
         """Look over the whole frame for the patch, passing over what already stood beside it."""
         back = self._colour.back_projection(image)
         pieces = self._pieces(back)
-        others = [piece.centre for piece in pieces if any(self._near(piece.centre, other) for other in self._others)]
-        # Those that were hidden for now stay known; those that moved are followed.
-        hidden = [other for other in self._others if not any(self._near(other, seen) for seen in others)]
-        self._others = others + hidden
+        self._others = self._others_among([piece.centre for piece in pieces])
         found = [piece for piece in pieces if self._looks_right(piece) and self._is_no_other(piece, pieces)]
         if not found:
             return None, "patch not found again"
         best = max(found, key=lambda blob: blob.mass)
         return best, "" if self._agrees(best) else "patch found again, not yet believed"
+
+    def _others_among(self, seen: list[Float]) -> list[Float]:
+        """Where what is beside the patch is now, of the centres of all that is seen."""
+        standing = [centre for centre in seen if self._standing.is_at(centre)]
+        # What stands and is seen there is not followed to what is beside it: that may be the patch.
+        still = [other for other in self._others if any(self._near(other, centre) for centre in standing)]
+        moving = [other for other in self._others if not any(self._near(other, centre) for centre in standing)]
+        others = [centre for centre in seen if any(self._near(centre, other) for other in moving)]
+        # Those that were hidden for now stay known; those that moved are followed.
+        hidden = [other for other in moving if not any(self._near(other, centre) for centre in others)]
+        return still + others + hidden
 
     def _is_no_other(self, piece: Piece, pieces: list[Piece]) -> bool:
         """Whether it is none of what is beside the patch: by itself, or beside one that stands where it stood."""

@@ -15,7 +15,7 @@ from pytracker.evidence.patch_colour import Box
 from pytracker.formats.video import Image
 from pytracker.rotation import Array
 
-__all__ = ["Standing"]
+__all__ = ["Standing", "in_one_piece"]
 
 EVERY = 5
 """Frames between two looks."""
@@ -28,16 +28,24 @@ COVERED = 0.1
 """A patch that has so much of its box in common with what stands is seen in part, or together with it."""
 
 
+def in_one_piece(is_coloured: Image, rows: tuple[slice, slice]) -> NDArray[np.bool_]:
+    """What of it `(H, W)` is in one piece with something of it in a box: its rows and columns."""
+    _, labels = cv2.connectedComponents(is_coloured)
+    pieces = np.unique(np.asarray(labels)[rows])
+    return np.isin(labels, pieces[pieces > 0])
+
+
 class Standing:
     """Learned from the places of the colour, in a picture that is so many `times` smaller than the frames.
 
-    `is_coloured`, 0 or more `(H, W)`, is that of the first frame, in which the patch is in `box` of the frame.
+    `is_coloured`, 0 or more `(H, W)`, is that of the first frame, in which the patch is what is in one piece with some
+    of `box` of the frame.
     """
 
     def __init__(self, is_coloured: Image, box: Box, times: int) -> None:
         self._times = times
         self._lately = (is_coloured > 0).astype(np.float32)
-        self._lately[self._rows(box)] = 0.0
+        self._lately[in_one_piece(is_coloured, self._rows(box))] = 0.0
         self._share = self._lately.copy()
         self._frames = 0
         self._decide()
