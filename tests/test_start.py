@@ -11,6 +11,7 @@ import pytracker as pt
 from pytracker.methods.arm import ArmMethod
 from pytracker.rotation import triple
 from pytracker.simulate import ArmSimulation
+from pytracker.tracking.arm import _speed_sd
 
 LIVELY = pt.ArmScene(pattern="gesture", period_s=2.0, worn=True)
 
@@ -57,6 +58,17 @@ def test_an_arm_that_rests_is_found_to(method: ArmMethod) -> None:
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0)).first(50)
     track = pt.track(simulation.recording(), method, 1, sightings=sightings)
     assert track.method.velocity_start_sd == 0.02
+
+
+def test_a_patch_that_is_not_seen_at_first_tells_by_the_second_in_which_it_is() -> None:
+    """Of nothing seen all explain the same: it was taken to go slowly."""
+    simulation = ArmSimulation(LIVELY, 204)
+    pixels = simulation.sightings(4.0)
+    for hidden, expected in ((5, 0.02), (40, 0.8), (len(pixels), 0.8)):
+        seen = pixels.copy()
+        seen[:hidden] = np.nan
+        sightings = pt.Sightings.of(simulation.frame_time_s, seen)
+        assert _speed_sd(simulation.recording(), sightings, pt.Mixture()) == expected
 
 
 def test_a_start_that_only_the_ray_tells_may_move_and_be_elsewhere() -> None:

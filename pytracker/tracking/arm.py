@@ -130,7 +130,11 @@ def _speed_sd(recording: ArmRecording, sightings: Sightings, method: ArmMethod) 
     own = method.velocity_start_sd
     if own != type(method).velocity_start_sd or "velocity_start_sd" in recording.spreads or not len(sightings.time_s):
         return own
-    first = sightings.first(int(np.searchsorted(sightings.time_s, sightings.time_s[0] + PROBE_S)))
+    seen = np.asarray(np.isfinite(sightings.pixels[..., 0])).any(axis=1)
+    began_s, seen_s = sightings.time_s[0], sightings.time_s[int(np.argmax(seen))]
+    if not seen.any() or seen_s > began_s + PROBE_S:
+        return max(MOVING_SDS)  # by then it may go as it likes
+    first = sightings.first(int(np.searchsorted(sightings.time_s, seen_s + PROBE_S)))
     evidence = {}
     for sd in (REST_SD, *MOVING_SDS):
         probe = replace(PROBE, pixel_sd=method.pixel_sd, velocity_start_sd=sd)
