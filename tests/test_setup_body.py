@@ -209,6 +209,8 @@ def test_a_body_needs_no_calibration(tmp_path: Path) -> None:
     written = path.read_text()
     assert "# found by pytracker check" in next(line for line in written.splitlines() if line.startswith("rotation"))
     assert "guessed, as of a phone" in written
+    assert 'angles = "initial.toml"' in written
+    assert "# missing: the first pose" not in written
     later = {finding.what: finding for finding in check(folder).findings}
     assert not later["camera's pitch"].writes
     assert "of a camera whose place is not known" in later["camera's pitch"].evidence

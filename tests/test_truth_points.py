@@ -323,6 +323,7 @@ def test_the_rate_of_points_may_be_said(simulated_body: Path, tmp_path: Path, ra
 
 
 BOTH = ', left_shoulder = "m left_shoulder", left_elbow = "m left_elbow", right_elbow = "m right_elbow"'
+RIGHT = ', right_shoulder = "m right_shoulder", right_wrist = "m right_wrist"'
 
 
 def test_a_truth_in_other_units_is_refused(simulated_body: Path, tmp_path: Path) -> None:
@@ -332,6 +333,29 @@ def test_a_truth_in_other_units_is_refused(simulated_body: Path, tmp_path: Path)
     lines[5:] = ["\t".join([*row[:2], *(str(1000 * float(x)) for x in row[2:])]) for row in rows]
     (folder / "truth.trc").write_text("\n".join(lines) + "\n", "utf-8")
     with pytest.raises(pt.InputError, match=r"left_shoulder and left_elbow are \d+ m apart .* expected 0\.\d\d to"):
+        pt.load(folder)
+
+
+def test_a_truth_of_another_scale_is_told(simulated_body: Path, tmp_path: Path) -> None:
+    """Calibrated with squares of another size: 25 cm off, and nothing was said."""
+    folder = of_points(simulated_body, tmp_path / "points", MAP.format(more=BOTH + RIGHT, after=""))
+    assert not pt.load(folder).warnings
+    lines = (folder / "truth.trc").read_text("utf-8").splitlines()
+    rows = [line.split("\t") for line in lines[5:]]
+    lines[5:] = ["\t".join([*row[:2], *(str(1.25 * float(x)) for x in row[2:])]) for row in rows]
+    (folder / "truth.trc").write_text("\n".join(lines) + "\n", "utf-8")
+    assert "its bones are 1.2" in " ".join(pt.load(folder).warnings)
+
+
+def test_points_that_are_called_nearly_like_joints_are_proposed(simulated_body: Path, tmp_path: Path) -> None:
+    folder = of_points(simulated_body, tmp_path / "points", MAP.format(more=BOTH, after=""))
+    path = folder / "recording.toml"
+    path.write_text(re.sub(r"(?m)^markers = .*\n", "", path.read_text("utf-8")), "utf-8")
+    text = (folder / "truth.trc").read_text("utf-8")
+    (folder / "truth.trc").write_text(
+        text.replace("m left_elbow", "LElbow").replace("m right_elbow", "RElbow"), "utf-8"
+    )
+    with pytest.raises(pt.InputError, match=r'perhaps markers = {.*left_elbow = "LElbow"'):
         pt.load(folder)
 
 

@@ -112,7 +112,9 @@ class Silhouette:
         self._opening = np.ones((self.parameters.open_px,) * 2, np.uint8)
 
     def __call__(self, image: Image) -> BodyEvidence:
-        """Evidence of one frame, BGR `(H, W, 3)`. Raises `InputError` for another size than the background's."""
+        """Evidence of a frame, BGR `(H, W, 3)`. Raises `InputError` for another size or type than the background's."""
+        if image.dtype != np.uint8:
+            raise InputError(f"frame is of {image.dtype}, expected uint8, 0 to 255")
         if image.shape != self.background.shape:
             raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
         smooth = cv2.blur(self._lit(image), (3, 3))

@@ -1,9 +1,8 @@
 """Whether a camera stood still: what is at the picture's left and right edge must stay where it is.
 
 Corners of the first frame are followed into a few others (pyramidal Lucas-Kanade, there and back), from where they
-were or, of a camera that turned far, from where all of the picture went (phase correlation); where that tells nothing,
-those of the look before. People move in the middle; what moves alike at both edges is the camera. What is not told is
-as it was told last.
+were or, of a camera that turned far, from where all of the picture went (phase correlation). People move in the middle;
+what moves alike at both edges is the camera. What is not told is as it was told last.
 """
 
 from __future__ import annotations
@@ -29,6 +28,8 @@ LEAST = 5
 """Corners at either edge; fewer say nothing."""
 ALIKE_PX, ALIKE = 1.0, 0.6
 """So many of an edge's corners must have moved alike."""
+NEAR_PX = 8.0
+"""Corners are followed so far from where they were: what the whole picture did by less is somebody's who moved."""
 MOST = 0.005
 """Times the longer side: real cameras on stands have 0.0003, and pictures are coded."""
 
@@ -82,17 +83,12 @@ def camera_moves(video: Path) -> CameraMoves:
     image = next(looks).image
     longer_px = max(image.shape[:2])
     scale = min(1.0, LONGER_PX / longer_px)
-    first = before = _small(image, scale)
+    first = _small(image, scale)
     time_s, moved = [0.0], [np.zeros(2)]
     for frame in looks:
-        now = _small(frame.image, scale)
-        by = _moved(first, now)
-        if by is None:
-            since = _moved(before, now)
-            by = moved[-1] if since is None else moved[-1] + since
+        by = _moved(first, _small(frame.image, scale))
         time_s.append(frame.time_s)
-        moved.append(by)
-        before = now
+        moved.append(moved[-1] if by is None else by)
     return CameraMoves(tuple(time_s), tuple(float(np.linalg.norm(by)) / scale for by in moved), longer_px)
 
 
@@ -111,7 +107,7 @@ def _moved(first: cv2.typing.MatLike, other: cv2.typing.MatLike) -> Array | None
         return by
     window = cv2.createHanningWindow(first.shape[::-1], cv2.CV_32F)
     whole, _ = cv2.phaseCorrelate(first.astype(np.float32), other.astype(np.float32), window)
-    return _followed(first, other, corners, np.array(whole))
+    return _followed(first, other, corners, np.array(whole)) if np.linalg.norm(whole) > NEAR_PX else None
 
 
 def _followed(

@@ -31,13 +31,15 @@ BONES = (
 """Pairs of joints whose distance the skeleton says."""
 LENGTHS = (0.6, 1.5)
 """Times the skeleton's, where joints are joints and metres are metres."""
+ALIKE = (0.88, 1.14)
+"""The median of all, of people whose height is known: 0.95 to 1.02 on clips of two."""
 NEAR_S = 0.25
 """The truth's first frame with joints is the video's first, where it lies so near."""
 PLACE_M = 0.3
 SHAPE_M = 0.2
 """How far the first pose's joints may lie from the truth's, and how far once its middle is put on theirs (medians)."""
 ENOUGH = 3
-"""Joints that have a shape."""
+"""Joints that have a shape; bones that have a scale."""
 
 
 def load_truth(
@@ -53,8 +55,7 @@ def load_truth(
         truth, unseen = load_points(path, file, entry, KEY_JOINTS, kind="body")
         joints, strayed = without_strays(file, truth.time_s, truth.joints_m)
         truth = replace(truth, joints_m=joints)
-        _check_lengths(file, truth, skeleton)
-        return truth, None, (*unseen, *strayed)
+        return truth, None, (*unseen, *strayed, *_check_lengths(file, truth, skeleton))
     idle = sorted({"markers", "up"} & entry.model_fields_set)
     if idle:
         raise InputError(f"{path}: truth.{idle[0]} goes with a file of markers, not with an .amc motion")
@@ -82,8 +83,9 @@ def uncovered_by_truth(file: Path, truth: Truth, view: BodyView) -> tuple[str, .
     return uncovered_between(file, truth, "the keypoints", view.start_s, end_of(view))
 
 
-def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> None:
-    """Points that were mixed up, or are in other units, do not have the skeleton's lengths."""
+def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> tuple[str, ...]:
+    """Points that were mixed up, or are in other units, do not have its lengths; a word where all are off alike."""
+    longer = []
     still = skeleton.joints(np.zeros((1, len(skeleton.channels))))
     for a, b in BONES:
         if a not in truth.joints_m or b not in truth.joints_m:
@@ -100,6 +102,15 @@ def _check_lengths(file: Path, truth: Truth, skeleton: Skeleton) -> None:
                 f"{file}: {a} and {b} are {middle:.3g} m apart (median), expected {low:.2f} to {high:.2f} m by the "
                 f"skeleton: check the markers' names{collar}, the file's units, and the skeleton"
             )
+        longer.append(middle / length)
+    scale = float(np.median(longer)) if len(longer) >= ENOUGH else 1.0
+    if ALIKE[0] <= scale <= ALIKE[1]:
+        return ()
+    words = (
+        f"{file}: its bones are {scale:.2f} times as long as the skeleton's (median of {len(longer)}), expected "
+        f"{ALIKE[0]:g} to {ALIKE[1]:g}: check how it was calibrated, and height_m"
+    )
+    return (words,)
 
 
 def beside_first_pose(

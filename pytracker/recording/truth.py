@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -72,7 +73,7 @@ def load_points(
     if not wanted:
         raise InputError(
             f"{path}: truth.markers is missing, and {file} has {', '.join(found.positions_m)[:300]}, expected which of "
-            f"them are {', '.join(joints)}"
+            f"them are {', '.join(joints)}{_perhaps(found, kind)}"
         )
     points: dict[str, Array] = {}
     filled: dict[str, tuple[str, ...]] = {}
@@ -97,6 +98,14 @@ def load_points(
     said = [*odd, *others, *(said for of in filled.values() for said in of), *gaps, *_missing_rows(file, time_s)]
     seen = {joint: places for joint, places in points.items() if unseen[joint] < rows}
     return Truth(time_s=time_s, joints_m=seen), said
+
+
+def _perhaps(found: Markers, kind: str) -> str:
+    """What to write where points are called nearly as joints are."""
+    others = {joint: name for joint, name in markers_of(found.positions_m, kind).items() if isinstance(name, str)}
+    if not others:
+        return ""
+    return f": perhaps markers = {{ {', '.join(f'{joint} = {json.dumps(name)}' for joint, name in others.items())} }}"
 
 
 def _names_in(path: Path, file: Path, joint: str, names: tuple[str, ...], found: Markers) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ __all__ = ["Draft"]
 
 LISTS = ("camera", "imu")
 """Tables that may stand more than once: `imu` is the first, `imu[1]` the second."""
+MISSING = re.compile(r"# (\w+) = .*# missing:")
 FOUND = "found by pytracker check"
 """What stands behind a value that took a guess's place."""
 
@@ -86,7 +88,7 @@ class Draft:
 
     def save(self) -> None:
         """Write it, whole."""
-        write_whole(self.path, tomlkit.dumps(self._document))
+        write_whole(self.path, _without_found(tomlkit.dumps(self._document)))
 
     def count(self, name: str) -> int:
         """How many tables of that name there are."""
@@ -99,3 +101,13 @@ class Draft:
         if isinstance(found, list):  # [[camera]], or camera = [{ ... }]
             found, at = (found[at] if at < len(found) else None), 0
         return found if isinstance(found, AbstractTable) and at == 0 else None
+
+
+def _without_found(text: str) -> str:
+    """The same without comments that say what is missing where it stands below in the same table."""
+    tables = re.split(r"(?m)^(?=\[)", text)
+    for k, table in enumerate(tables):
+        there = set(re.findall(r"(?m)^(\w+) *=", table))
+        lines = table.splitlines(keepends=True)
+        tables[k] = "".join(line for line in lines if not ((missing := MISSING.match(line)) and missing[1] in there))
+    return "".join(tables)
