@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from captured_arm import KEPT, pooled, scored
+from captured_arm import KEPT, CapturedArm, captured, pooled, scored
 
 import pytracker as pt
 from pytracker.methods import ArmMethod
+from pytracker.rotation import triple
 
 
 @pytest.mark.parametrize(
@@ -30,3 +32,19 @@ def test_where_two_depths_are_as_likely_the_band_holds_both(shared: Callable[[st
     for seed in (3, 5):
         score, _ = scored(shared("data").parent, "49_18 R", pt.Smooth(), seed)
         assert min(score.coverage) > 0.9
+
+
+def test_a_shoulder_that_went_elsewhere_is_among_what_is_named(shared: Callable[[str], Path]) -> None:
+    """Cut so that it starts elsewhere: a mirrored picture was named, as that, headings and clocks were tried alone."""
+    arm = CapturedArm(*captured(shared("data").parent, "49_18 L"), 3)
+    recording, time_s, pixels = arm.recording(), arm.frame_time_s, arm.sightings(2.0)
+    first = len(time_s) // 10
+    assert recording.truth is not None
+    start = triple(recording.truth.at("wrist", time_s[first : first + 1])[0])
+    view = dataclasses.replace(recording.views[0], start_s=float(time_s[first]))
+    described = dataclasses.replace(recording.arm, wrist_start_m=start)
+    cut = dataclasses.replace(recording, views=(view,), arm=described)
+    track = pt.track(cut, pt.Smooth(), 1, sightings=pt.Sightings.of(time_s[first:], pixels[first:]))
+    (said,) = pt.doubts(track)
+    assert "shoulder_m" in said
+    assert "mirrored" not in said

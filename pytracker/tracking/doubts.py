@@ -27,7 +27,7 @@ from pytracker.tracking.clocks import of_clocks
 from pytracker.tracking.found import found_by
 from pytracker.tracking.patch_place import of_patch_place
 from pytracker.tracking.pauses import of_hanging, of_pauses
-from pytracker.tracking.suspects import AFTER_PAUSE, MIRRORED, suspects
+from pytracker.tracking.suspects import AFTER_PAUSE, MIRRORED, Suspect, suspects
 from pytracker.tracking.swivel import hangs
 from pytracker.tracking.tracks import Track, where_of
 from pytracker.tracking.upper_arm import of_unused_senses, of_upper_arm
@@ -168,17 +168,19 @@ def _without_senses(recording: ArmRecording, sightings: Sightings) -> tuple[ArmR
 def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float, speed_sd: float) -> tuple[str, ...]:
     sightings = sightings.first(MOST_FRAMES)
     every = list(suspects(recording))
-    held = [suspect for suspect in every if suspect.kind in HELD_SUSPECTS]
     certain_held = CERTAIN_HELD * max(LEAST_FRAMES, len(sightings.time_s))
-    for probe, tried, certain in ((HELD, held, certain_held), (PROBE, every, CERTAIN)):
+    for probe, certain in ((HELD, certain_held), (PROBE, CERTAIN)):
         method = dataclasses.replace(probe, pixel_sd=pixel_sd, velocity_start_sd=speed_sd)
-        base = _log_evidence(recording, sightings, method)
-        gains = [
-            (s, _gain(_log_evidence(s.change(recording), s.see(recording, sightings), method) - base)) for s in tried
-        ]
+        tell = functools.partial(_gains, recording, sightings, method)
+        gains = tell([s for s in every if s.kind in HELD_SUSPECTS] if probe is HELD else every)
         best, gain = max(gains, key=lambda found: found[1])
         if gain < certain:
             continue
+        if probe is HELD:
+            # What else contradicts the arm's length tells nothing by itself, but may explain more.
+            gains += tell([s for s in every if s.kind not in HELD_SUSPECTS])
+            other, most = max(gains, key=lambda found: found[1])
+            best, gain = (other, most) if most > gain + AS_GOOD else (best, gain)
         others = dict.fromkeys(s.kind for s, g in gains if g > gain - AS_GOOD and s.kind != best.kind)
         alike = f"; {' or '.join(others)} may be it as well: these cannot be told apart here" if others else ""
         return (
@@ -186,6 +188,14 @@ def _of_arm(recording: ArmRecording, sightings: Sightings, pixel_sd: float, spee
             f"+{gain:.0f}, expected less than +{certain:g} of any change): check {best.kind}{alike}",
         )
     return ()
+
+
+def _gains(
+    recording: ArmRecording, sightings: Sightings, method: ArmMethod, tried: list[Suspect]
+) -> list[tuple[Suspect, float]]:
+    """By how much each of them explains a recording better than its description does."""
+    base = _log_evidence(recording, sightings, method)
+    return [(s, _gain(_log_evidence(s.change(recording), s.see(recording, sightings), method) - base)) for s in tried]
 
 
 def _of_setup(track: ArmTrack) -> tuple[str, ...]:
