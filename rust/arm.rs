@@ -12,7 +12,7 @@
 //! | [`process`] | not in the paper: what wanders slowly |
 //! | [`posed`] | eqs (1), (2): where a state puts the arm, with slopes |
 //! | [`cues`] | eqs (7), (9), (11), (15), (16): what a frame says of it, one file a cue |
-//! | [`stillness`] | not in the paper: rest, told from the IMU |
+//! | [`stillness`] | not in the paper: rest, told from the IMU; `still`: from what comes before and after, and the picture |
 //! | [`pause`] | not in the paper: where the arm may be after nothing was heard and seen |
 //! | [`incoming`] | not in the paper: a stream without its patch, or whose IMU contradicts itself |
 //! | [`alike`] | not in the paper: whether patch and sensor move alike |
@@ -48,6 +48,7 @@ pub mod process;
 pub mod setup;
 pub mod smooth;
 pub mod state;
+mod still;
 pub mod stillness;
 pub mod timeline;
 mod ways;

@@ -257,7 +257,8 @@ class Smooth(Mixture):
     Every frame is estimated from what comes before and after it, and averaged with what `Mixture` says of it, which has
     up to three tenths of the say. Online it gives what `Mixture` does; the state is linearised again until it settles,
     eight times at most. Where no trajectory is found the frames stay as they were, and say so. What was measured once
-    is estimated with the rest, and widens the bands where the data do not tell it.
+    is estimated with the rest, and widens the bands where the data do not tell it. Where for a second neither the
+    sensor turns nor the patch moves in the picture the wrist is taken to lie still, to within `rest_speed`.
 
     Attributes:
         upper_arm_sd_m: how well the upper arm's length is known, m.

@@ -1,8 +1,8 @@
 //! One recording of an arm as a chain of states that is smoothed ([`super::smooth`]).
 
 use super::cues::landmark::Landmark;
-use super::cues::robust;
 use super::cues::upper_arm::Direction;
+use super::cues::{Cue, CueName, robust};
 use super::frame::Frame;
 use super::mixture::ArmMixture;
 use super::posed::{Moment, Posed, sightings};
@@ -79,13 +79,19 @@ impl ArmBranch<'_> {
         for (step, state) in at.iter().enumerate().filter(|(step, _)| self.steps[*step].is_new) {
             let frame = self.frame(step);
             let posed = Posed::new(layout, self.arm, self.noise, frame.moment());
-            let cues = self.filter.cues().iter().flat_map(|name| frame.cues(*name, layout, self.noise));
-            for cue in cues.filter(|cue| !cue.is_seen()) {
+            for cue in self.cues(&frame, layout).filter(|cue| !cue.is_seen()) {
                 let noise = cue.linearise(&posed, state, None)?.map(|(_, _, noise)| noise);
                 widths += noise.map_or(0.0, |noise| noise.diagonal().iter().map(|variance| variance.ln()).sum());
             }
         }
         Ok(-0.5 * (cost - widths))
+    }
+
+    /// What the filter is corrected by, and rest.
+    fn cues<'f>(&'f self, frame: &'f Frame<'f>, layout: Layout) -> impl Iterator<Item = Box<dyn Cue + 'f>> {
+        let rest = (!self.filter.cues().contains(&CueName::Rest)).then_some(CueName::Rest);
+        let names = self.filter.cues().iter().copied().chain(rest);
+        names.flat_map(move |name| frame.cues(name, layout, self.noise))
     }
 
     fn frame(&self, step: usize) -> Frame<'_> {
@@ -129,10 +135,9 @@ impl Chain for ArmBranch<'_> {
         let frame = self.frame(step);
         let layout = Layout::new(self.noise);
         let posed = Posed::new(layout, self.arm, self.noise, frame.moment());
-        let cues = self.filter.cues().iter().flat_map(|name| frame.cues(*name, layout, self.noise));
         // A trajectory is one place at a time: nothing bends over its spread.
-        let mut measured = Vec::with_capacity(3);
-        for cue in cues {
+        let mut measured = Vec::with_capacity(4);
+        for cue in self.cues(&frame, layout) {
             measured.extend(robust(&*cue, &posed, at, None)?);
         }
         Ok(measured)

@@ -8,6 +8,7 @@
 
 use super::averaged::{at_its_wrist, averaged};
 use super::branch::{ArmBranch, Step};
+use super::cues::CueName;
 use super::cues::upper_arm::{Direction, direction_at};
 use super::frame::News;
 use super::memory::Kept;
@@ -16,6 +17,7 @@ use super::plausible::{Judged, Plausibility, UNKNOWN};
 use super::posed::{Moment, Posed, sightings};
 use super::setup::Setup;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY, View};
+use super::still::still;
 use super::timeline::Timeline;
 use super::ways;
 use super::weighed::{Delayed, Way, together, weighed, weights};
@@ -210,6 +212,8 @@ impl<'a> Recorded<'a> {
         let mut samples = self.samples.iter().peekable();
         let mut steps = Vec::with_capacity(self.frames.len());
         let mut news = News::default();
+        let says_rest = self.filter.cues().contains(&CueName::Rest);
+        let still = still(self.frames, self.views);
         for (k, frame) in self.frames.iter().enumerate() {
             // A frame before the first sample is met with it.
             let time_s = (frame.time_s + delay_s).max(first_s + 1e-9 * (k as f64));
@@ -236,7 +240,7 @@ impl<'a> Recorded<'a> {
                 moved,
                 world_sensor: timeline.world_sensor(noise),
                 stale_s: timeline.stale_s(noise),
-                is_rest: timeline.is_rest(noise),
+                is_rest: still[k] || (says_rest && timeline.is_rest(noise)),
                 is_new: news.is_new(frame.time_s, cameras),
                 pixels: &frame.pixels,
                 landmarks: &frame.landmarks,
