@@ -29,6 +29,11 @@ Near = tuple[slice, slice]
 
 REGION_POINTS = 64
 """So many points, evenly chosen, stand for a mask."""
+COLOURFUL, LEAST_COLOURFUL = 20, 0.01
+"""Of 255, blue beside red; share of a background that has such colour."""
+EXCHANGED = 0.3
+"""Where red and blue are exchanged a frame is so much nearer to the background the other way round; as recordings of
+people are, six times as far."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +88,20 @@ def _gained(gains: tuple[float, float, float]) -> Image | None:
     return as_image(np.clip(np.rint(np.arange(256.0)[:, None] * gains), 0, 255))[None]
 
 
+def _check_order(image: Image, background: Image) -> None:
+    """Raises `InputError` where red and blue of a frame are the background's blue and red: live sources give RGB."""
+    own, behind = image.astype(np.int16), background.astype(np.int16)
+    is_colourful = np.abs(behind[..., 0] - behind[..., 2]) > COLOURFUL
+    if is_colourful.mean() < LEAST_COLOURFUL:
+        return
+    off, exchanged = (float(np.median(np.abs(of - behind).sum(axis=2)[is_colourful])) for of in (own, own[..., ::-1]))
+    if off > COLOURFUL and exchanged < EXCHANGED * off:
+        raise InputError(
+            f"frame differs from the background by {off:.0f} of 765 where that has colour, and by {exchanged:.0f} with "
+            "red and blue exchanged, expected blue, green, red in this order, as OpenCV has them"
+        )
+
+
 class Silhouette:
     """Extracts evidence; holds what does not change from frame to frame.
 
@@ -100,6 +119,7 @@ class Silhouette:
             raise InputError(f"px_per_m is {px_per_m}, expected a positive number")
         self.parameters = parameters or SilhouetteParameters()
         self.background = background
+        self._is_checked = False
         self._in_white_light = _gained(self.parameters.gains)
         lit = self._lit(background)
         self.px2_per_m2 = px_per_m * px_per_m
@@ -117,6 +137,9 @@ class Silhouette:
             raise InputError(f"frame is of {image.dtype}, expected uint8, 0 to 255")
         if image.shape != self.background.shape:
             raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
+        if not self._is_checked:
+            _check_order(image, self.background)
+            self._is_checked = True
         smooth = cv2.blur(self._lit(image), (3, 3))
         y, cr, cb = (as_image(plane) for plane in cv2.split(cv2.cvtColor(smooth, cv2.COLOR_BGR2YCrCb)))
         mask = self._differs(as_image(smooth), y, cr, cb)
