@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from pytracker.evidence.ambiguity import Forearm, Line, wrists_may_be_off
-from pytracker.evidence.silhouette import Region
+from pytracker.evidence.picture.silhouette import Region
+from pytracker.evidence.pose.ambiguity import Forearm, Line, wrists_may_be_off
 from pytracker.rotation import Array
 
 PX_PER_M = 150.0

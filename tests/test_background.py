@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from test_people import WRISTS, errors
 
 import pytracker as pt
-from pytracker.evidence.background import median_of, read_background, sampled, without_person
-from pytracker.evidence.left_behind import draw, left_behind
+from pytracker.evidence.picture.background import median_of, read_background, sampled, without_person
+from pytracker.evidence.picture.left_behind import draw, left_behind
 from pytracker.formats.video import Image, frames
 from pytracker.rotation import Array
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.borne_out import BorneOut
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette
+from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette
+from pytracker.evidence.pose.borne_out import BorneOut
 from pytracker.recording.camera import WeakPerspective
 from pytracker.rotation import Array
 from pytracker.skeleton import average_skeleton

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence import PatchSighting, PatchTracker, camshift, track_patch
+from pytracker.evidence import PatchSighting, PatchTracker, track_patch
+from pytracker.evidence.patch import camshift
 from pytracker.rotation import triple
 from pytracker.simulate import ArmSimulation
 from pytracker.simulate.scene import render

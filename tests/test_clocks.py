@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence.clocks import Clock, find_clock
-from pytracker.evidence.lag import explained_by
+from pytracker.evidence.patch.clocks import Clock, find_clock
+from pytracker.evidence.patch.lag import explained_by
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import rotate
 from pytracker.simulate.arm import ArmSimulation

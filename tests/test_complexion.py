@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence.complexion import TYPICAL_BGR, gains_of_face
+from pytracker.evidence.picture.complexion import TYPICAL_BGR, gains_of_face
+from pytracker.evidence.picture.silhouette import Silhouette
+from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.evidence.senses import senses_of
-from pytracker.evidence.silhouette import Silhouette
-from pytracker.evidence.thresholds import SilhouetteParameters
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import Image
 

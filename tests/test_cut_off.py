@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence.cut_off import HIDDEN, CutOff
+from pytracker.evidence.pose.cut_off import HIDDEN, CutOff
 from pytracker.formats.video import Image
 from pytracker.rotation import Array
 

@@ -14,7 +14,7 @@ from test_body_senses import with_keypoints
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.facing import FaceSeen
+from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.recording import WeakPerspective
 from pytracker.setup.first_pose import first_pose
 from pytracker.tracking.doubts import doubts

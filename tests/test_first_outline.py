@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence.background import read_background
+from pytracker.evidence.picture.background import read_background
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import Image, frames
 from pytracker.recording.camera import Camera

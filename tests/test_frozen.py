@@ -11,7 +11,7 @@ import pytest
 from conftest import load_body
 
 import pytracker as pt
-from pytracker.evidence.frozen import HUNG, Frozen
+from pytracker.evidence.picture.frozen import HUNG, Frozen
 from pytracker.formats.video import frames
 from pytracker.formats.video_write import VideoWriter
 

@@ -12,8 +12,8 @@ from conftest import load_arm
 
 import pytracker as pt
 from pytracker.evidence import sightings_of
-from pytracker.evidence.camshift import REPEATS, PatchTrack
-from pytracker.evidence.hanging import HANGS, LIES_STILL, without_hanging, without_standing
+from pytracker.evidence.patch.camshift import REPEATS, PatchTrack
+from pytracker.evidence.patch.hanging import HANGS, LIES_STILL, without_hanging, without_standing
 from pytracker.formats.video import frames
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import Array, conjugate, rotate

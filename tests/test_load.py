@@ -292,7 +292,7 @@ def test_warnings_do_not_say_where_a_folder_lies(folder: Path) -> None:
 
 
 def test_a_thousand_frames_a_second_are_all_kept() -> None:
-    from pytracker.evidence.camshift import PatchTrack  # noqa: PLC0415
+    from pytracker.evidence.patch.camshift import PatchTrack  # noqa: PLC0415
     from pytracker.evidence.sightings import _merge  # noqa: PLC0415
 
     count = 500

@@ -13,9 +13,9 @@ import pytest
 from conftest import IS_ACCEPTANCE
 
 import pytracker as pt
-from pytracker.evidence.background import read_background
-from pytracker.evidence.borne_out import BorneOut
-from pytracker.evidence.silhouette import Silhouette
+from pytracker.evidence.picture.background import read_background
+from pytracker.evidence.picture.silhouette import Silhouette
+from pytracker.evidence.pose.borne_out import BorneOut
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import frames
 from pytracker.report.body_overlay import UNSURE, draw_body

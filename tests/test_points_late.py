@@ -14,7 +14,7 @@ from test_people import KEPT_BACK
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.points_late import PointsLate
+from pytracker.evidence.points.late import PointsLate
 from pytracker.evidence.senses import senses_of
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array

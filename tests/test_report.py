@@ -117,7 +117,7 @@ def test_a_page_is_made_of_what_was_found(
 
     monkeypatch.setattr("pytracker.tracking.arm.Tracker", never)
     monkeypatch.setattr("pytracker.tracking.body.Tracker", never)
-    monkeypatch.setattr("pytracker.evidence.silhouette.Silhouette.__call__", never)
+    monkeypatch.setattr("pytracker.evidence.picture.silhouette.Silhouette.__call__", never)
     assert "Edges and skin" in render_body_page(bodies, of_bodies, has_overlay=False)
     assert "Effective sample size" in render_arm_page(arms, of_arms, has_overlay=False)
     write_metadata(tmp_path / "metadata.json", of_arms)

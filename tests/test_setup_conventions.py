@@ -11,7 +11,7 @@ from hidden_imu import ACC, COLUMNS, EVERY, GYR, QUATERNION, otherwise, rows_of,
 
 import pytracker as pt
 from pytracker.evidence import sightings_of
-from pytracker.evidence.lag import find_lags
+from pytracker.evidence.patch.lag import find_lags
 from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.conventions import AccUnit, Conventions, GyrUnit, in_our_terms
 from pytracker.inertial.gravity import GRAVITY

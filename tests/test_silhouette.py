@@ -11,8 +11,8 @@ import pytest
 
 import pytracker as pt
 from pytracker.evidence import Silhouette, SilhouetteParameters, median_background, senses_of
-from pytracker.evidence.silhouette import _region
-from pytracker.evidence.smaller import smaller, times_smaller
+from pytracker.evidence.picture.silhouette import _region
+from pytracker.evidence.picture.smaller import smaller, times_smaller
 from pytracker.formats.video import Frame, frames
 from pytracker.recording import fit_weak_perspective
 

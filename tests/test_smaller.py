@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 import pytracker as pt
 from pytracker.evidence import senses_of
-from pytracker.evidence.background import read_background
-from pytracker.evidence.smaller import place_in_frame, place_in_smaller, smaller, times_smaller
+from pytracker.evidence.picture.background import read_background
+from pytracker.evidence.picture.smaller import place_in_frame, place_in_smaller, smaller, times_smaller
 from pytracker.formats.video import frames, probe
 from pytracker.recording import WeakPerspective
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from pytracker.evidence import PatchTracker
-from pytracker.evidence.camshift import TOGETHER
-from pytracker.evidence.standing import Standing
+from pytracker.evidence.patch.camshift import TOGETHER
+from pytracker.evidence.patch.standing import Standing
 from pytracker.formats.video import Image
 
 BLUE = (190, 60, 30)

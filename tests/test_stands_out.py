@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence.person import largest_person
-from pytracker.evidence.stands_out import EVERYWHERE, HARDLY
+from pytracker.evidence.picture.largest import largest_person
+from pytracker.evidence.pose.stands_out import EVERYWHERE, HARDLY
 from pytracker.formats.video import frames
 from pytracker.formats.video_write import VideoWriter
 

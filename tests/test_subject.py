@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.followed import EXCHANGED
-from pytracker.evidence.subject import subject_of
+from pytracker.evidence.points.followed import EXCHANGED
+from pytracker.evidence.points.subject import subject_of
 from pytracker.rotation import Array
 
 PX_PER_M, RATE_HZ = 120.0, 30.0

@@ -11,8 +11,8 @@ import pytest
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.stature import StatureSeen
-from pytracker.evidence.trunk import TrunkSeen, distance_changes
+from pytracker.evidence.pose.stature import StatureSeen
+from pytracker.evidence.pose.trunk import TrunkSeen, distance_changes
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import Image
 from pytracker.recording import BodyRecording, BodyView

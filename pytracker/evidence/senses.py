@@ -6,13 +6,13 @@ import dataclasses
 
 import numpy as np
 
-from pytracker.evidence.background import median_of, sampled, without_person
-from pytracker.evidence.complexion import gains_of_face
-from pytracker.evidence.keypoints import PointsEvidence
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette
-from pytracker.evidence.smaller import smaller, smaller_frames, times_smaller
-from pytracker.evidence.subject import points_of_subject
-from pytracker.evidence.thresholds import SilhouetteParameters
+from pytracker.evidence.picture.background import median_of, sampled, without_person
+from pytracker.evidence.picture.complexion import gains_of_face
+from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette
+from pytracker.evidence.picture.smaller import smaller, smaller_frames, times_smaller
+from pytracker.evidence.picture.thresholds import SilhouetteParameters
+from pytracker.evidence.points.keypoints import PointsEvidence
+from pytracker.evidence.points.subject import points_of_subject
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from pytracker._core import ARM_NEWS_S, InputError
 from pytracker.evidence.ahead import ahead
-from pytracker.evidence.camshift import PatchTrack, track_patch
-from pytracker.evidence.hanging import without_hanging, without_standing
-from pytracker.evidence.landmarks import JointPixels, joints_seen, wrist_seen
-from pytracker.evidence.patch_colour import CamshiftParameters
+from pytracker.evidence.patch.camshift import PatchTrack, track_patch
+from pytracker.evidence.patch.colour import CamshiftParameters
+from pytracker.evidence.patch.hanging import without_hanging, without_standing
+from pytracker.evidence.patch.landmarks import JointPixels, joints_seen, wrist_seen
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pytracker.evidence.picture.silhouette import Silhouette
+from pytracker.evidence.picture.smaller import smaller
 from pytracker.evidence.senses import senses_of
-from pytracker.evidence.silhouette import Silhouette
-from pytracker.evidence.smaller import smaller
 from pytracker.formats.video import frames
 from pytracker.recording.recording import BodyRecording
 from pytracker.report import body_figures

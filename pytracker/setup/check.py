@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.evidence.camshift import PatchTrack
-from pytracker.evidence.clocks import find_clock
-from pytracker.evidence.hanging import LIES_STILL, rests_in_words, without_standing
-from pytracker.evidence.lag import GRID_S, Lag, banded, find_lags
+from pytracker.evidence.patch.camshift import PatchTrack
+from pytracker.evidence.patch.clocks import find_clock
+from pytracker.evidence.patch.hanging import LIES_STILL, rests_in_words, without_standing
+from pytracker.evidence.patch.lag import GRID_S, Lag, banded, find_lags
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.toml_file import faults_of, read_toml
 from pytracker.formats.video import probe

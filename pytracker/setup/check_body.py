@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.evidence.background import read_background
+from pytracker.evidence.picture.background import read_background
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import frames
 from pytracker.recording.body import skeleton_of

@@ -9,10 +9,10 @@ import numpy as np
 
 from pytracker._core import InputError, check_camera
 from pytracker.evidence.ahead import ahead
-from pytracker.evidence.camshift import track_patch
-from pytracker.evidence.coloured import Candidate, find_candidates
-from pytracker.evidence.lag import find_lags
-from pytracker.evidence.landmarks import wrist_seen
+from pytracker.evidence.patch.camshift import track_patch
+from pytracker.evidence.patch.candidates import Candidate, find_candidates
+from pytracker.evidence.patch.lag import find_lags
+from pytracker.evidence.patch.landmarks import wrist_seen
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import frames, probe

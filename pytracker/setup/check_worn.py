@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.evidence.lag import Lag
+from pytracker.evidence.patch.lag import Lag
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.evidence.detector import Detector
+from pytracker.evidence.points.detector import Detector
 from pytracker.evidence.sightings import Progress
 from pytracker.formats.keypoints.models import COCO
 from pytracker.formats.keypoints.write import keypoints_text

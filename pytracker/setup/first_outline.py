@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.ambiguity import to_line
-from pytracker.evidence.borne_out import CROWN_M
-from pytracker.evidence.person import Box, largest_person
-from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.evidence.picture.largest import Box, largest_person
+from pytracker.evidence.picture.silhouette import BodyEvidence
+from pytracker.evidence.pose.ambiguity import to_line
+from pytracker.evidence.pose.borne_out import CROWN_M
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array

@@ -1,8 +1,8 @@
 """How a forearm's IMU is worn and set up: clock, heading and the axis along the forearm, found from a whole recording.
 
-Coarse first: lags from `pytracker.evidence.lag`, headings by what the camera should then have seen, each of six axes of
-the sensor along the forearm. Then each is weighed by how well a filter that is held by the arm's length explains the
-patch, and the best are moved in small steps to where they explain it best.
+Coarse first: lags from `pytracker.evidence.patch.lag`, headings by what the camera should then have seen, each of six
+axes of the sensor along the forearm. Then each is weighed by how well a filter that is held by the arm's length
+explains the patch, and the best are moved in small steps to where they explain it best.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.evidence.lag import GRID_S, Lag, banded, find_lags, was_seen
+from pytracker.evidence.patch.lag import GRID_S, Lag, banded, find_lags, was_seen
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.methods.arm import Ekf

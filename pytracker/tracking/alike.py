@@ -14,7 +14,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from pytracker._core import ARM_ALIKE, ARM_UNLIKE
-from pytracker.evidence.clocks import FIRST_S, SPIKE_PX, clock_as_given
+from pytracker.evidence.patch.clocks import FIRST_S, SPIKE_PX, clock_as_given
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.recording.recording import ArmRecording

@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Tracker, TrackingError
-from pytracker.evidence.borne_out import head_off
-from pytracker.evidence.facing import FaceSeen
-from pytracker.evidence.followed import followed
-from pytracker.evidence.frozen import HUNG, Frozen
-from pytracker.evidence.points_borne_out import median_off_m
-from pytracker.evidence.points_late import points_late_of
+from pytracker.evidence.picture.frozen import HUNG, Frozen
+from pytracker.evidence.picture.silhouette import BodyEvidence
+from pytracker.evidence.points.followed import followed
+from pytracker.evidence.points.late import points_late_of
+from pytracker.evidence.pose.borne_out import head_off
+from pytracker.evidence.pose.facing import FaceSeen
+from pytracker.evidence.pose.points_borne_out import median_off_m
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings
-from pytracker.evidence.silhouette import BodyEvidence
 from pytracker.formats.video import Image
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording

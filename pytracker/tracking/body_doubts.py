@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.evidence.facing import LEAST_SEEN, seen_from_behind
-from pytracker.evidence.subject import points_of_subject
+from pytracker.evidence.points.subject import points_of_subject
+from pytracker.evidence.pose.facing import LEAST_SEEN, seen_from_behind
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.body_sensors import of_sensors
 from pytracker.tracking.camera_place import of_camera_place

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, Estimate, InputError, Observation
-from pytracker.evidence.borne_out import BorneOut
-from pytracker.evidence.cut_off import CutOff
-from pytracker.evidence.followed import followed
-from pytracker.evidence.points_borne_out import PointsBorneOut
-from pytracker.evidence.silhouette import BodyEvidence
-from pytracker.evidence.smaller import place_in_smaller
-from pytracker.evidence.stands_out import StandsOut
-from pytracker.evidence.stature import StatureSeen
-from pytracker.evidence.trunk import TrunkSeen
+from pytracker.evidence.picture.silhouette import BodyEvidence
+from pytracker.evidence.picture.smaller import place_in_smaller
+from pytracker.evidence.points.followed import followed
+from pytracker.evidence.pose.borne_out import BorneOut
+from pytracker.evidence.pose.cut_off import CutOff
+from pytracker.evidence.pose.points_borne_out import PointsBorneOut
+from pytracker.evidence.pose.stands_out import StandsOut
+from pytracker.evidence.pose.stature import StatureSeen
+from pytracker.evidence.pose.trunk import TrunkSeen
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array

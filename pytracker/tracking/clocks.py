@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.evidence.clocks import Clock, find_clock
+from pytracker.evidence.patch.clocks import Clock, find_clock
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import rotate
 from pytracker.tracking.arm import ArmTrack

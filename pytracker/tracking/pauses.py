@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.evidence.hanging import RESTS, rests_in_words
+from pytracker.evidence.patch.hanging import RESTS, rests_in_words
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.tracks import Track, where_of
 

@@ -7,8 +7,8 @@ from functools import singledispatch
 from typing import overload
 
 from pytracker._core import InputError
+from pytracker.evidence.pose.trunk import distance_changes
 from pytracker.evidence.sightings import Progress, Sightings
-from pytracker.evidence.trunk import distance_changes
 from pytracker.methods.arm import ArmMethod, Smooth
 from pytracker.methods.body import BodyMethod, BodySmooth, Partitioned
 from pytracker.methods.method import Method

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.followed import followed
-from pytracker.evidence.lately import AtFirst, Lately, median_of_known
+from pytracker.evidence.points.followed import followed
+from pytracker.evidence.pose.lately import AtFirst, Lately, median_of_known
 from pytracker.recording.body_view import rate_of
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import BodyRecording

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.silhouette import BodyEvidence
-from pytracker.evidence.smaller import place_in_smaller
+from pytracker.evidence.picture.silhouette import BodyEvidence
+from pytracker.evidence.picture.smaller import place_in_smaller
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.recording.body_view import rate_of
 from pytracker.recording.recording import BodyView

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.silhouette import Region
+from pytracker.evidence.picture.silhouette import Region
 from pytracker.rotation import Array
 
 __all__ = ["Forearm", "Line", "to_line", "with_hand", "wrists_may_be_off"]

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.lately import ASK_EVERY_S, Lately, mean_of_known
+from pytracker.evidence.pose.lately import ASK_EVERY_S, Lately, mean_of_known
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array

@@ -13,19 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
-from pytracker.evidence.lately import ASK_EVERY_S, Lately, mean_of_known
-from pytracker.evidence.silhouette import BodyEvidence, Region
+from pytracker.evidence.picture.silhouette import BodyEvidence, Region
+from pytracker.evidence.points.followed import ARMS
+from pytracker.evidence.pose.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
+from pytracker.evidence.pose.lately import ASK_EVERY_S, Lately, mean_of_known
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 from pytracker.series import runs
 
-__all__ = ["ARMS", "COLUMN_M", "CROWN_M", "BorneOut", "head_off"]
+__all__ = ["COLUMN_M", "CROWN_M", "BorneOut", "head_off"]
 
 SIDES = ("left", "right")
 WRISTS = tuple(f"{side}_wrist" for side in SIDES)
-ARMS = tuple(f"{side}_{joint}" for side in SIDES for joint in ("elbow", "wrist"))
 FAR_M = 0.10
 """A wrist this far from any skin is not where it is thought to be: half a hand's length."""
 REACH_M = 0.12

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.borne_out import ARMS
-from pytracker.evidence.followed import LIMBS, limbs_off_m
-from pytracker.evidence.lately import Lately, median_of_known
+from pytracker.evidence.points.followed import ARMS, LIMBS, limbs_off_m
+from pytracker.evidence.pose.lately import Lately, median_of_known
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 

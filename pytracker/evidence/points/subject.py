@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.followed import EXCHANGED, LIMBS
+from pytracker.evidence.points.followed import EXCHANGED, LIMBS
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.recording.body_view import rate_of
 from pytracker.recording.keypoint_spreads import with_spreads

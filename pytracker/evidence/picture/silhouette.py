@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.evidence.skin import Skin
-from pytracker.evidence.thresholds import SilhouetteParameters
+from pytracker.evidence.picture.skin import Skin
+from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.formats.video import Image, as_image
 from pytracker.rotation import Array
 
@@ -51,7 +51,7 @@ class BodyEvidence:
         keypoints: of each person that a detector found u, v and standard deviation, px `(P, 9, 3)`, in the order of
             `pytracker._core.KEYPOINTS`; NaN where a joint was not seen.
         image: the frame that it was seen in, blue, green and red; None where there is none.
-        shrunk: how many times smaller than the frame the picture was made (`pytracker.evidence.smaller`).
+        shrunk: how many times smaller than the frame the picture was made (`pytracker.evidence.picture.smaller`).
     """
 
     foreground: Image

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.evidence.left_behind import draw, left_behind
-from pytracker.evidence.thresholds import SilhouetteParameters
+from pytracker.evidence.picture.left_behind import draw, left_behind
+from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.formats.video import Frame, Image, as_image, frames
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.patch_colour import Box
+from pytracker.evidence.patch.colour import Box
 from pytracker.formats.video import Image
 from pytracker.rotation import Array
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
-from pytracker.evidence.camshift import PatchTrack, track_patch
-from pytracker.evidence.patch_colour import CamshiftParameters
+from pytracker.evidence.patch.camshift import PatchTrack, track_patch
+from pytracker.evidence.patch.colour import CamshiftParameters
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import Frame
 from pytracker.recording.keypoint_spreads import with_spreads

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.camshift import REPEATS, PatchTrack
-from pytracker.evidence.lag import GRID_S, banded
+from pytracker.evidence.patch.camshift import REPEATS, PatchTrack
+from pytracker.evidence.patch.lag import GRID_S, banded
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, rotate
 from pytracker.series import runs

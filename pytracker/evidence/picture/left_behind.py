@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.skin import RIM_PX, Skin
-from pytracker.evidence.thresholds import SilhouetteParameters
+from pytracker.evidence.picture.skin import RIM_PX, Skin
+from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.formats.video import Image, as_image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.evidence.coloured import LEAST_AREA_PX, MOST_AREA_SHARE, _largest, find_candidates
+from pytracker.evidence.patch.candidates import LEAST_AREA_PX, MOST_AREA_SHARE, _largest, find_candidates
 from pytracker.formats.video_write import VideoWriter
 from pytracker.setup.check_camera import check_patch
 from pytracker.setup.draft import Draft

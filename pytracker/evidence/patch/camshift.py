@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.evidence.patch_colour import Box, CamshiftParameters, PatchColour, Piece
-from pytracker.evidence.smaller import LEAST_PX, place_in_frame, smaller
-from pytracker.evidence.standing import Standing, in_one_piece
+from pytracker.evidence.patch.colour import Box, CamshiftParameters, PatchColour, Piece
+from pytracker.evidence.patch.standing import Standing, in_one_piece
+from pytracker.evidence.picture.smaller import LEAST_PX, place_in_frame, smaller
 from pytracker.formats.video import Frame, Image, as_image, frames
 
 __all__ = ["REPEATS", "PatchSighting", "PatchTrack", "PatchTracker", "track_patch"]

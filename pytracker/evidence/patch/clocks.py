@@ -1,7 +1,7 @@
 """Whether a video's and an IMU's clocks go together: a patch's way laid over the IMU's, at other rates and other times.
 
 A video whose frame rate is told wrongly, or a sensor's file whose rate is, has a clock that is right at one moment
-only; two files that were started by hand have one that is right at none. As with a lag (`pytracker.evidence.lag`)
+only; two files that were started by hand have one that is right at none. As with a lag (`pytracker.evidence.patch.lag`)
 neither camera, heading nor mount need to be known.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import ARM_ALIKE
-from pytracker.evidence.lag import (
+from pytracker.evidence.patch.lag import (
     BAND_HZ,
     EDGE_S,
     GRID_S,

@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from pytracker.evidence.thresholds import SilhouetteParameters
+from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.formats.video import Image, as_image
 from pytracker.rotation import Array
 

@@ -2,7 +2,7 @@
 
 Each band of hues is looked at by itself: its largest connected piece must be there in most frames, keep its size, and
 move; what passes and is much larger is not it. Which of them is the patch is told by what moves with the IMU
-(`pytracker.evidence.lag`).
+(`pytracker.evidence.patch.lag`).
 """
 
 from __future__ import annotations

@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.evidence.complexion import gains_of_face
-from pytracker.evidence.silhouette import BodyEvidence, Silhouette
-from pytracker.evidence.thresholds import SilhouetteParameters
+from pytracker.evidence.picture.complexion import gains_of_face
+from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette
+from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.formats.video import Image
 
 __all__ = ["Box", "largest_person"]

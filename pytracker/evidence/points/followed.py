@@ -11,12 +11,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.borne_out import ARMS
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["EXCHANGED", "LIMBS", "followed", "limbs_off_m"]
+__all__ = ["ARMS", "EXCHANGED", "LIMBS", "followed", "limbs_off_m"]
 
+ARMS = ("left_elbow", "left_wrist", "right_elbow", "right_wrist")
 LIMBS = (*ARMS, "left_shoulder", "right_shoulder")
 """Joints that every detector means alike; heads and hips it does not."""
 _AT = [KEYPOINTS.index(name) for name in LIMBS]

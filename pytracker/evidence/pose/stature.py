@@ -10,9 +10,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pytracker.evidence.borne_out import COLUMN_M, CROWN_M
-from pytracker.evidence.lately import AtFirst, Lately, median_of_known
-from pytracker.evidence.trunk import NEARER
+from pytracker.evidence.pose.borne_out import COLUMN_M, CROWN_M
+from pytracker.evidence.pose.lately import AtFirst, Lately, median_of_known
+from pytracker.evidence.pose.trunk import NEARER
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array

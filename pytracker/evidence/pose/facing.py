@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pytracker.evidence.silhouette import BodyEvidence
+from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
