@@ -31,7 +31,7 @@ from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.inertial.check import check
 from pytracker.inertial.orientation import orient
-from pytracker.recording.keypoint_spreads import with_spreads
+from pytracker.recording.keypoints.spreads import with_spreads
 from pytracker.recording.projection import fit_weak_perspective
 from pytracker.recording.schema import read_recording_file
 from pytracker.report.tables import read_track

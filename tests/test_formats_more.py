@@ -16,7 +16,7 @@ from pytracker.formats.imu.read import read_imu
 from pytracker.formats.mat import read_mat_points
 from pytracker.inertial.check import check
 from pytracker.inertial.orientation import orient
-from pytracker.recording.truth_names import markers_of
+from pytracker.recording.truth.names import markers_of
 
 
 @pytest.mark.parametrize(

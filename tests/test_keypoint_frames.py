@@ -17,7 +17,7 @@ from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.video import VideoInfo
 from pytracker.formats.video_times import counted, frame_times
-from pytracker.recording.keypoints import in_pixels
+from pytracker.recording.keypoints.load import in_pixels
 
 
 @pytest.mark.parametrize("named", ["frame", "frame_idx", "Frame#"])
@@ -223,7 +223,7 @@ def test_a_rate_that_was_typed_nearly_right_counts_frames(tmp_path: Path, typed_
 def test_rows_of_frames_that_a_video_lost_are_left_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As a phone writes it, converted to a steady rate for the detector: it was another clip's."""
     shown = [k for k in range(100) if k % 10 != 3]
-    monkeypatch.setattr("pytracker.recording.keypoint_frames.frame_times", lambda _: np.array(shown) / 60)
+    monkeypatch.setattr("pytracker.recording.keypoints.frames.frame_times", lambda _: np.array(shown) / 60)
     (tmp_path / "v.mp4").touch()
     frames, said = of_times(tmp_path / "k.csv", [k / 60 for k in range(100)], len(shown))
     assert frames == list(range(90))

@@ -18,7 +18,7 @@ from pytracker.formats.keypoints.models import MODELS
 from pytracker.formats.keypoints.people import in_order
 from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.keypoints.rows import numbers_of
-from pytracker.recording.keypoint_spreads import with_spreads
+from pytracker.recording.keypoints.spreads import with_spreads
 from pytracker.rotation import Array
 
 

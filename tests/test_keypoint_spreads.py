@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from pytracker.formats.keypoints.read import Keypoints
-from pytracker.recording.keypoint_spreads import with_spreads
-from pytracker.recording.keypoints_filled import as_seen
+from pytracker.recording.keypoints.filled import as_seen
+from pytracker.recording.keypoints.spreads import with_spreads
 from pytracker.rotation import Array
 
 

@@ -17,7 +17,7 @@ from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.models import MODELS, name_of
 from pytracker.formats.keypoints.read import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
-from pytracker.recording.keypoints import in_pixels, uncovered, unseen
+from pytracker.recording.keypoints.load import in_pixels, uncovered, unseen
 
 INFO = VideoInfo(width=640, height=480, frame_count=3, rate_hz=30.0)
 

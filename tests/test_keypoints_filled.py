@@ -12,7 +12,7 @@ from scipy.signal import butter, savgol_filter, sosfiltfilt
 
 from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import Keypoints, read_keypoints
-from pytracker.recording.keypoints_filled import without_filled, without_repeats
+from pytracker.recording.keypoints.filled import without_filled, without_repeats
 
 
 def test_keypoints_that_were_held_are_left_out() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import Keypoints
-from pytracker.recording.keypoints_stuck import without_stuck
+from pytracker.recording.keypoints.stuck import without_stuck
 from pytracker.rotation import Array
 
 RATE_HZ = 30.0

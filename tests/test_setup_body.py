@@ -15,7 +15,7 @@ from pytracker._core import KEYPOINTS
 from pytracker.formats.video import frames, probe
 from pytracker.recording.camera import WeakPerspective
 from pytracker.recording.found_pose import fingerprint, is_as_found, is_stale, lines_of
-from pytracker.recording.keypoints import load_keypoints
+from pytracker.recording.keypoints.load import load_keypoints
 from pytracker.setup import check, init
 from pytracker.setup.check_camera import check_video
 from pytracker.setup.draft import Draft

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import pytracker as pt
 from pytracker.formats.markers import Markers
 from pytracker.formats.trc import read_trc
-from pytracker.recording.truth_filled import without_filled
+from pytracker.recording.truth.filled import without_filled
 from pytracker.rotation import Array
 from pytracker.simulate.arm import ArmSimulation
 

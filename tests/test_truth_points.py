@@ -21,7 +21,7 @@ from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.schema import TruthEntry
-from pytracker.recording.truth import POINT_FORMATS, load_points
+from pytracker.recording.truth.points import POINT_FORMATS, load_points
 from pytracker.report.tables import TrackFile
 from pytracker.rotation import Array, Matrix
 from pytracker.scores.evaluate import held

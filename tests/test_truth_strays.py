@@ -11,7 +11,7 @@ import pytest
 import pytracker as pt
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.truth_csv import read_truth_csv
-from pytracker.recording.truth_strays import without_strays
+from pytracker.recording.truth.strays import without_strays
 from pytracker.rotation import Array
 from pytracker.simulate.arm import ArmSimulation
 

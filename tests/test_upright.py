@@ -13,7 +13,7 @@ import tomlkit
 import pytracker as pt
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
-from pytracker.recording.truth_names import markers_of
+from pytracker.recording.truth.names import markers_of
 from pytracker.recording.upright import to_up
 from pytracker.setup import init
 from pytracker.setup.check_camera import check_up

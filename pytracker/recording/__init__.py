@@ -1,20 +1,15 @@
 """A recording: cameras, IMUs, arm or skeleton, and truth, read from a folder.
 
-| file | what |
+| file or room | what |
 |---|---|
 | `recording` | what a recording holds, in SI units, world coordinates and recording time |
-| `load` | a folder to a recording: `arm`, `body` by its kind; `body_view`, `imu`, `keypoints`, `truth` by entry |
-| `arm_start`, `upper_arm` | an arm's first place; a second sensor on it |
-| `arm_truth`, `body_truth` | what was measured besides, checked |
-| `truth_filled`, `truth_strays` | rows of it that nobody measured |
-| `truth_names` | points that are called like joints |
-| `keypoint_frames`, `keypoint_spreads` | of which frames, and how good |
-| `keypoints_filled`, `keypoints_stuck` | which nobody saw |
-| `found_pose`, `upright` | a first pose that was found; worlds with another axis up |
-| `camera` | pinhole and weak perspective |
+| `load` | a folder to a recording: `arm`, `body` by its kind |
 | `schema` | what `recording.toml` may hold |
-| `worn` | how a sensor lies on a body's segment |
-| `projection` | weak perspective from point pairs |
+| `imu`, `body_view` | a sensor, and a body's camera, by their entries |
+| `keypoints`, `truth` | what a detector found, and what was measured besides |
+| `arm_start`, `upper_arm`, `worn` | an arm's first place; sensors on an upper arm, on a body's segments |
+| `found_pose`, `upright` | a first pose that was found; worlds with another axis up |
+| `camera`, `projection` | pinhole and weak perspective; the latter from point pairs |
 """
 
 from __future__ import annotations

@@ -16,13 +16,13 @@ from pytracker.formats.video_oddities import video_oddities
 from pytracker.formats.video_steady import camera_moves
 from pytracker.formats.video_times import counted
 from pytracker.recording.arm_start import FIRST_FRAMES, check_start, wrist_start
-from pytracker.recording.arm_truth import load_truth
 from pytracker.recording.camera import Camera
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import files_of, first_seen, load_keypoints, of_video
+from pytracker.recording.keypoints.load import files_of, first_seen, load_keypoints, of_video
 from pytracker.recording.recording import UPPER_ARM_SD_RAD, Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import ArmFile, CameraEntry, ImuEntry
-from pytracker.recording.truth import uncovered
+from pytracker.recording.truth.arm import load_truth
+from pytracker.recording.truth.points import uncovered
 from pytracker.recording.upper_arm import upper_arm_imu
 from pytracker.rotation import Array, rotate, triple
 

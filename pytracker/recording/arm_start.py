@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.recording.keypoints import first_seen
+from pytracker.recording.keypoints.load import first_seen
 from pytracker.recording.recording import Imu, Truth, View
 from pytracker.recording.schema import ArmEntry
 from pytracker.rotation import Array, Triple, rotate, triple

@@ -15,16 +15,16 @@ from pytracker.formats.imu.read import files_of_imu
 from pytracker.formats.toml_file import parse_toml
 from pytracker.formats.video_oddities import compression, video_oddities
 from pytracker.formats.video_times import counted
-from pytracker.recording.body_truth import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.body_view import end_of, rate_of, view_of
 from pytracker.recording.camera import Camera
 from pytracker.recording.found_pose import fingerprint, is_stale
 from pytracker.recording.imu import load_imu
-from pytracker.recording.keypoints import alone, files_of, of_video, unseen
-from pytracker.recording.keypoints_filled import as_seen
-from pytracker.recording.keypoints_stuck import without_stuck
+from pytracker.recording.keypoints.filled import as_seen
+from pytracker.recording.keypoints.load import alone, files_of, of_video, unseen
+from pytracker.recording.keypoints.stuck import without_stuck
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
+from pytracker.recording.truth.body import beside_first_pose, load_truth, uncovered_by_truth
 from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
 from pytracker.rotation import Array
 from pytracker.skeleton.average import average_skeleton

@@ -12,7 +12,7 @@ from pytracker.formats.points import read_points
 from pytracker.formats.video_steady import camera_moves
 from pytracker.formats.video_times import counted
 from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
-from pytracker.recording.keypoints import load_keypoints
+from pytracker.recording.keypoints.load import load_keypoints
 from pytracker.recording.projection import camera_of, fit_weak_perspective
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry

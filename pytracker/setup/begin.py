@@ -14,7 +14,7 @@ from pytracker.formats.trc import read_trc
 from pytracker.formats.video import frames, probe
 from pytracker.output import write_whole
 from pytracker.recording.camera import Camera
-from pytracker.recording.truth import UP
+from pytracker.recording.truth.points import UP
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
 from pytracker.setup.known import known_of

@@ -18,8 +18,8 @@ from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import frames, probe
 from pytracker.formats.video_times import counted
 from pytracker.recording.camera import Camera
-from pytracker.recording.keypoints import load_keypoints
-from pytracker.recording.truth import UP
+from pytracker.recording.keypoints.load import load_keypoints
+from pytracker.recording.truth.points import UP
 from pytracker.rotation import Array
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding

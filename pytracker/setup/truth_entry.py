@@ -7,8 +7,8 @@ from pathlib import Path
 import tomlkit
 
 from pytracker._core import InputError
-from pytracker.recording.truth import POINT_FORMATS
-from pytracker.recording.truth_names import JOINTS_OF, markers_of
+from pytracker.recording.truth.names import JOINTS_OF, markers_of
+from pytracker.recording.truth.points import POINT_FORMATS
 
 __all__ = ["truth_lines"]
 

@@ -12,7 +12,7 @@ from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.methods.arm import ArmMethod, Smooth
 from pytracker.methods.body import BodyMethod, BodySmooth, Partitioned
 from pytracker.methods.method import Method
-from pytracker.recording.keypoints import arms_are_seen
+from pytracker.recording.keypoints.load import arms_are_seen
 from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
 from pytracker.skeleton.skeleton import UPPER_BODY
 from pytracker.tracking.arm import ArmTrack, track_arm

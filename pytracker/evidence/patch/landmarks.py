@@ -12,8 +12,8 @@ from pytracker.evidence.patch.camshift import PatchTrack, track_patch
 from pytracker.evidence.patch.colour import CamshiftParameters
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import Frame
-from pytracker.recording.keypoint_spreads import with_spreads
-from pytracker.recording.keypoints import tallest
+from pytracker.recording.keypoints.load import tallest
+from pytracker.recording.keypoints.spreads import with_spreads
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array
 

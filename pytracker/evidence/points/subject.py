@@ -17,7 +17,7 @@ from pytracker._core import KEYPOINTS
 from pytracker.evidence.points.followed import EXCHANGED, LIMBS
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.recording.body_view import rate_of
-from pytracker.recording.keypoint_spreads import with_spreads
+from pytracker.recording.keypoints.spreads import with_spreads
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 

@@ -1,7 +1,7 @@
 """2-D keypoints of a detector, by video frame, of any file that is known.
 
 Read are the joints that the body tracker knows (`KEYPOINTS`); the others are passed over. A detector's confidence is
-kept as it is: what it is worth is found from the data (`pytracker.recording.keypoint_spreads`).
+kept as it is: what it is worth is found from the data (`pytracker.recording.keypoints.spreads`).
 
 | file | as written by | reader |
 |---|---|---|

@@ -11,8 +11,8 @@ import numpy as np
 from pytracker._core import InputError
 from pytracker.recording.recording import Truth
 from pytracker.recording.schema import ArmEntry, TruthEntry
-from pytracker.recording.truth import load_points
-from pytracker.recording.truth_strays import without_strays
+from pytracker.recording.truth.points import load_points
+from pytracker.recording.truth.strays import without_strays
 from pytracker.rotation import Array
 
 __all__ = ["load_truth"]

@@ -10,8 +10,8 @@ import numpy as np
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints.read import Keypoints, read_keypoints
 from pytracker.formats.video import VideoInfo
-from pytracker.recording.keypoint_frames import frames_in
-from pytracker.recording.keypoints_filled import as_seen
+from pytracker.recording.keypoints.filled import as_seen
+from pytracker.recording.keypoints.frames import frames_in
 from pytracker.rotation import Array
 
 __all__ = [

@@ -13,8 +13,8 @@ from pytracker.formats.amc import read_amc
 from pytracker.recording.body_view import end_of
 from pytracker.recording.recording import BodyView, Truth
 from pytracker.recording.schema import TruthEntry
-from pytracker.recording.truth import POINT_FORMATS, load_points, uncovered, uncovered_between
-from pytracker.recording.truth_strays import without_strays
+from pytracker.recording.truth.points import POINT_FORMATS, load_points, uncovered, uncovered_between
+from pytracker.recording.truth.strays import without_strays
 from pytracker.recording.upright import TO_Y, to_up
 from pytracker.rotation import Array
 from pytracker.skeleton.skeleton import Skeleton

@@ -20,8 +20,8 @@ from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import PAUSES, Truth
 from pytracker.recording.schema import TruthEntry
-from pytracker.recording.truth_filled import without_filled
-from pytracker.recording.truth_names import markers_of
+from pytracker.recording.truth.filled import without_filled
+from pytracker.recording.truth.names import markers_of
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
 

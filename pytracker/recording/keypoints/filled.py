@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.formats.keypoints.read import Keypoints
-from pytracker.recording.keypoint_spreads import without_guesses
+from pytracker.recording.keypoints.spreads import without_guesses
 from pytracker.rotation import Array
 from pytracker.series import last_digit, runs
 
