@@ -95,6 +95,7 @@ def scaled(factor: float) -> list[list[float]]:
     [
         (scaled(1 / 9.8), HEADER, "median length of 1.000, which looks like units of g, expected m/s²"),
         (scaled(0.1), HEADER, "which looks like units of g"),
+        (scaled(1000 / 9.8), HEADER, "looks like units of mg (which a header may name"),
         (scaled(0.01), HEADER, "median length of 0.098 m/s², expected about 9.81: the raw reading with gravity"),
         (scaled(-1.0), HEADER, "the mean acceleration is (-0.10, 0.20, -9.80) m/s², expected about (0, 0, 9.81)"),
         (rows(1), HEADER, "has 1 sample, expected at least 2"),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_formats_imu import load, write
+from test_formats_imu import HEADER, load, write
 
 import pytracker as pt
 from pytracker.formats.imu.read import read_imu
@@ -318,3 +318,14 @@ def test_acceleration_that_is_out_of_step_is_told(samples: int) -> None:
     way = "later" if samples > 0 else "earlier"
     with pytest.raises(pt.InputError, match=rf"fits the orientation better 0\.{abs(samples) // 10}0 s {way}"):
         check_step(log)
+
+
+def test_acceleration_without_gravity_is_not_taken_for_g(tmp_path: Path) -> None:
+    """A lively wrist's has a median near 1: it was told to be in g, and the next error blamed the orientation."""
+    imu = ArmSimulation(pt.ArmScene(duration_s=20.0, pattern="gesture", period_s=1.6), seed=4).imu
+    up = np.broadcast_to([0.0, 0.0, 9.80665], imu.acc.shape)
+    free = imu.acc - rotate(conjugate(imu.q_world_segment), up)
+    free /= np.median(np.linalg.norm(free, axis=1))
+    table = np.column_stack([imu.time_s, free, np.asarray(imu.gyr), imu.q_world_segment])
+    with pytest.raises(pt.InputError, match="the raw reading with gravity, not the free acceleration"):
+        load(write(tmp_path / "imu.csv", table.tolist(), HEADER))

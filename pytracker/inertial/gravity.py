@@ -42,6 +42,9 @@ ENOUGH_REST_S = 1.0
 
 IN_G = (0.8, 1.25)
 """The usual size of readings in units of g."""
+SMALL, HAS_GRAVITY = 0.05, 0.4
+"""The smallest twentieth of readings with gravity in them is a larger share of the usual ones; without it they come
+near nothing, again and again."""
 SIZE_OFF = (0.25, 0.6)
 """At rest the size of the reading is off by so much, m/s²: odd, wrong."""
 VELOCITY = (4.0, 8.0)
@@ -88,12 +91,14 @@ def at_rest(log: ImuLog) -> list[slice]:
 def check_size(log: ImuLog) -> list[str]:
     """Unit and scale of the accelerometer. Returns warnings; raises `InputError`."""
     assert log.acc is not None
-    size = float(np.median(np.linalg.norm(log.acc, axis=1)))
-    if IN_G[0] < size < IN_G[1]:
-        raise InputError(
-            f"{log.path}: acceleration has a median length of {size:.3f}, which looks like units of g, expected m/s² "
-            "with gravity (about 9.81 at rest)"
-        )
+    sizes = np.linalg.norm(log.acc, axis=1)
+    size, small = float(np.median(sizes)), float(np.quantile(sizes, SMALL))
+    for unit, units in (("g", 1.0), ("mg (which a header may name: acc_x (mg))", 1e3)):
+        if IN_G[0] * units < size < IN_G[1] * units and small > HAS_GRAVITY * size:
+            raise InputError(
+                f"{log.path}: acceleration has a median length of {size:.3f}, which looks like units of {unit}, "
+                "expected m/s² with gravity (about 9.81 at rest)"
+            )
     if not 4.0 < size < 60.0:
         raise InputError(
             f"{log.path}: acceleration has a median length of {size:.3f} m/s², expected about 9.81: the raw reading "
