@@ -61,6 +61,13 @@ def test_a_trc_says_gaps_and_units(tmp_path: Path) -> None:
     assert found.rate_hz == 100
 
 
+@pytest.mark.parametrize("unit", ["M", "meters", "Metres"])
+def test_a_trc_may_spell_its_unit_out(tmp_path: Path, unit: str) -> None:
+    rows = "\n".join("\t".join(map(str, [k + 1, k / 100, *([0.5] * 6)])) for k in range(3))
+    (tmp_path / "a.trc").write_text((HEAD + NAMES).replace("mm", unit) + rows, "utf-8")
+    assert read_trc(tmp_path / "a.trc").positions_m["A"][0] == pytest.approx([0.5, 0.5, 0.5])
+
+
 @pytest.mark.parametrize("suffix", ["csv", "trc", "c3d"])
 def test_zeros_are_gaps_but_of_a_joint_that_is_the_origin(tmp_path: Path, suffix: str) -> None:
     """They were truth: 200 rows of 2001 made 11 cm of 1.5."""

@@ -8,15 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.markers import Markers, without_fillers
+from pytracker.formats.markers import UNITS_M, Markers, without_fillers
 
 __all__ = ["read_c3d"]
-
-UNITS_M = {
-    **dict.fromkeys(("mm", "millimeters", "millimetres"), 0.001),
-    **dict.fromkeys(("cm", "centimeters", "centimetres"), 0.01),
-    **dict.fromkeys(("m", "meters", "metres"), 1.0),
-}
 
 
 def read_c3d(path: Path | str) -> Markers:

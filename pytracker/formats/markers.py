@@ -11,8 +11,14 @@ from pytracker._core import InputError
 from pytracker.rotation import Array
 from pytracker.series import runs
 
-__all__ = ["Markers", "check_times", "without_fillers"]
+__all__ = ["UNITS_M", "Markers", "check_times", "without_fillers"]
 
+UNITS_M = {
+    **dict.fromkeys(("mm", "millimeters", "millimetres"), 0.001),
+    **dict.fromkeys(("cm", "centimeters", "centimetres"), 0.01),
+    **dict.fromkeys(("m", "meters", "metres"), 1.0),
+}
+"""What files call their unit, in small letters."""
 SLOWEST_S = 0.5
 """No cameras take fewer pictures."""
 RATE_TOLERANCE = 0.05

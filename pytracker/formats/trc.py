@@ -13,13 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.markers import Markers, without_fillers
+from pytracker.formats.markers import UNITS_M, Markers, without_fillers
 from pytracker.formats.text import number, read_lines
 from pytracker.rotation import Array
 
 __all__ = ["read_trc", "read_trc_pixels"]
-
-UNITS_M = {"mm": 0.001, "cm": 0.01, "m": 1.0}
 
 
 @dataclass(frozen=True)
@@ -41,9 +39,10 @@ def read_trc(path: Path | str) -> Markers:
     """Read it. Raises `InputError` naming line, value and expectation."""
     path = Path(path)
     found = _trajectories(path)
-    if found.unit not in UNITS_M:
+    unit = found.unit.lower()
+    if unit not in UNITS_M:
         raise InputError(f"{path}:3: Units is {found.unit!r}, expected one of: {', '.join(UNITS_M)}")
-    positions = {name: without_fillers(points * UNITS_M[found.unit]) for name, points in found.points.items()}
+    positions = {name: without_fillers(points * UNITS_M[unit]) for name, points in found.points.items()}
     rate_hz = found.rate_hz if found.rate_hz > 0 else None
     count, rows = found.frame_count, len(found.time_s)
     short = f"{path}:3: NumFrames is {count:g}, and {rows} rows follow: the file is cut short"
