@@ -21,8 +21,8 @@ use std::collections::VecDeque;
 /// Nobody waits longer for a late observation, s.
 const MOST_DELAY_S: f64 = 3600.0;
 
-/// A time that is so far ahead of all before is none, s: what comes after it would be late for ever.
-const MOST_AHEAD_S: f64 = 3600.0;
+/// A time that is a day ahead of all before is none, s: what comes after it would be late for ever.
+const MOST_AHEAD_S: f64 = 86_400.0;
 
 /// Who is followed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -127,7 +127,7 @@ impl Tracker {
     ///
     /// # Errors
     /// [`Error::At`] with the number of an observation that has one, around: [`Error::TooLate`] for what comes later than
-    /// the delay, [`Error::Ahead`] for a time an hour ahead of all before, [`Error::Late`] for what is not later than the last
+    /// the delay, [`Error::Ahead`] for a time a day ahead of all before, [`Error::Late`] for what is not later than the last
     /// of its kind, [`Error::Foreign`] for what another subject observes, and what the subject refuses, after all of which
     /// the tracker is as before, but that an arm counts the samples that it had to do without; a loss of the track
     /// ([`Error::is_loss_of_track`]), after which every frame is [`Error::Lost`]. With a delay an error may be of an earlier
