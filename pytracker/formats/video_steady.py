@@ -84,9 +84,11 @@ def camera_moves(video: Path) -> CameraMoves:
     longer_px = max(image.shape[:2])
     scale = min(1.0, LONGER_PX / longer_px)
     first = _small(image, scale)
+    found = cv2.goodFeaturesToTrack(first, CORNERS, 0.01, 7)
+    corners = np.asarray([] if found is None else found, dtype=np.float32).reshape(-1, 1, 2)
     time_s, moved = [0.0], [np.zeros(2)]
-    for frame in looks:
-        by = _moved(first, _small(frame.image, scale))
+    for frame in looks if len(corners) else ():
+        by = _moved(first, _small(frame.image, scale), corners)
         time_s.append(frame.time_s)
         moved.append(moved[-1] if by is None else by)
     return CameraMoves(tuple(time_s), tuple(float(np.linalg.norm(by)) / scale for by in moved), longer_px)
@@ -96,12 +98,8 @@ def _small(image: Image, scale: float) -> cv2.typing.MatLike:
     return cv2.resize(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
 
 
-def _moved(first: cv2.typing.MatLike, other: cv2.typing.MatLike) -> Array | None:
+def _moved(first: cv2.typing.MatLike, other: cv2.typing.MatLike, corners: NDArray[np.float32]) -> Array | None:
     """By how much the edge that moved less did, px `(2,)`; None where either does not say."""
-    found = cv2.goodFeaturesToTrack(first, CORNERS, 0.01, 7)
-    corners = np.asarray([] if found is None else found, dtype=np.float32).reshape(-1, 1, 2)
-    if not len(corners):
-        return None
     by = _followed(first, other, corners, np.zeros(2))
     if by is not None:
         return by

@@ -82,6 +82,7 @@ class PatchTracker:
         self._colour = PatchColour(image, box, self.parameters)
         back = self._colour.back_projection(image)
         x, y, w, h = box
+        # Camshift goes on beyond the box: what is close by, of the same colour, is none of the patch.
         is_patch = in_one_piece(self._of_colour(back), (slice(y, y + h), slice(x, x + w)))
         found = self._measure(np.where(is_patch, back, np.uint8(0)), box)
         if found is None or found.mass < 9:
