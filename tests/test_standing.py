@@ -102,3 +102,14 @@ def test_a_patch_whose_box_holds_two_pieces_of_it_is_all_of_them() -> None:
     found = PatchTracker(image, (108, 88, 25, 25)).update(image + np.uint8(1))
     assert found.valid
     assert np.hypot(found.pixel[0] - 120.0, found.pixel[1] - 100.0) < 1.5
+
+
+def test_a_thing_that_is_seen_where_it_stood_is_not_followed_to_what_is_beside_it() -> None:
+    """Half hidden, it drew the patch among what is no patch, which was never found again: 20 % of frames were valid."""
+    tracker = PatchTracker(picture((245.0, 100.0), [MUG]), (235, 90, 21, 21))
+    tracker.update(picture((244.0, 100.0), [MUG]))
+    mug, beside = np.array([150.0, 105.0]), np.array([172.0, 100.0])
+    (other,) = tracker._others_among([mug, beside])
+    assert np.hypot(*(other - MUG)) < 2.0
+    # Where it is gone from its place, what is near may be it.
+    assert any(np.array_equal(one, beside) for one in tracker._others_among([beside]))
