@@ -51,13 +51,14 @@ def test_a_body_has_gaps_joint_by_joint_from_the_table_too(tmp_path: Path, body:
     joints = {**track.joints, "left_wrist": replace(track.joints["left_wrist"], reason=reason)}
     track = replace(track, joints=joints, reason=reason, valid=np.array([not words for words in reason]))
     pt.write_report([track], tmp_path / "out", page=False)
-    done = run("export", tmp_path / "out", tmp_path / "body.trc")
+    done = run("export", tmp_path / "out", tmp_path / "body.TRC")
     assert f"left_wrist {len(track.time_s) - 1}" in done.stderr
     export(read_rows(tmp_path / "out" / "track.csv"), tmp_path / "again.trc")
     export(track, tmp_path / "direct.trc")
-    texts = [(tmp_path / f"{name}.trc").read_text().splitlines()[1:] for name in ("body", "again", "direct")]
+    names = ("body.TRC", "again.trc", "direct.trc")
+    texts = [(tmp_path / name).read_text().splitlines()[1:] for name in names]
     assert texts[0] == texts[1] == texts[2]
-    found = read_trc(tmp_path / "body.trc").positions_m
+    found = read_trc(tmp_path / "body.TRC").positions_m
     assert np.isnan(found["left_wrist"][1:]).all()
     is_right = track.joints["right_elbow"].valid
     assert np.isfinite(found["right_elbow"][is_right]).all()

@@ -191,7 +191,7 @@ def export(
     force: Force = False,
 ) -> None:
     """Write a camera as others read it: Pose2Sim's and AniPose's TOML, or OpenCV's YAML."""
-    check_new(out, out.suffix, force=force)
+    check_new(out, out.suffix.lower(), force=force)
     given = read_calibration(known, camera)
     size_px = size_of(known, given)
     if size is not None:

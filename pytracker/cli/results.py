@@ -49,7 +49,7 @@ def export(
     force: Force = False,
 ) -> None:
     """Write a track's joints as others read them, mm, in the recording's world; what is not valid is a gap."""
-    check_new(out, out.suffix, force=force)
+    check_new(out, out.suffix.lower(), force=force)
     track = read_rows(result / "track.csv" if result.is_dir() else result)
     gaps = export_track(track, out, force=force)
     said = ", ".join(f"{joint} {count}" for joint, count in gaps.items() if count)

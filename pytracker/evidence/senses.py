@@ -8,7 +8,7 @@ import numpy as np
 
 from pytracker.evidence.picture.background import median_of, sampled, without_person
 from pytracker.evidence.picture.complexion import gains_of_face
-from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette
+from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette, check_order
 from pytracker.evidence.picture.smaller import smaller, smaller_frames, times_smaller
 from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.evidence.points.keypoints import PointsEvidence
@@ -32,14 +32,19 @@ class Senses:
         self.silhouette = silhouette
         self.shrunk = shrunk
         self.run_s = 0.0
+        self._has_seen = False
         self._keypoints: dict[int, Array] = {}
         if view.keypoints is not None:
             self._keypoints = points_of_subject(recording, view.keypoints)
 
     def __call__(self, frame: Frame) -> BodyEvidence:
-        """What is known of it. Raises `InputError` for another size than the background's."""
+        """What is known of it. Raises `InputError` as `Silhouette`, and for a first frame that is RGB."""
         assert self.silhouette is not None
-        found = self.silhouette(smaller(frame.image, self.shrunk))
+        image = smaller(frame.image, self.shrunk)
+        found = self.silhouette(image)
+        if not self._has_seen:
+            check_order(image, self.silhouette.background)
+            self._has_seen = True
         keypoints = self._keypoints.get(frame.index)
         return dataclasses.replace(found, keypoints=keypoints, image=frame.image, shrunk=self.shrunk)
 

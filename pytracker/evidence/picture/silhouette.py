@@ -19,7 +19,7 @@ from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.formats.video import Image, as_image
 from pytracker.rotation import Array
 
-__all__ = ["BodyEvidence", "Region", "Silhouette"]
+__all__ = ["BodyEvidence", "Region", "Silhouette", "check_order"]
 
 Region = tuple[NDArray[np.float32], Array]
 """Distances from a mask, and points on it."""
@@ -88,7 +88,7 @@ def _gained(gains: tuple[float, float, float]) -> Image | None:
     return as_image(np.clip(np.rint(np.arange(256.0)[:, None] * gains), 0, 255))[None]
 
 
-def _check_order(image: Image, background: Image) -> None:
+def check_order(image: Image, background: Image) -> None:
     """Raises `InputError` where red and blue of a frame are the background's blue and red: live sources give RGB."""
     own, behind = image.astype(np.int16), background.astype(np.int16)
     is_colourful = np.abs(behind[..., 0] - behind[..., 2]) > COLOURFUL
@@ -119,7 +119,6 @@ class Silhouette:
             raise InputError(f"px_per_m is {px_per_m}, expected a positive number")
         self.parameters = parameters or SilhouetteParameters()
         self.background = background
-        self._is_checked = False
         self._in_white_light = _gained(self.parameters.gains)
         lit = self._lit(background)
         self.px2_per_m2 = px_per_m * px_per_m
@@ -137,9 +136,6 @@ class Silhouette:
             raise InputError(f"frame is of {image.dtype}, expected uint8, 0 to 255")
         if image.shape != self.background.shape:
             raise InputError(f"frame is {image.shape}, expected {self.background.shape} as the background")
-        if not self._is_checked:
-            _check_order(image, self.background)
-            self._is_checked = True
         smooth = cv2.blur(self._lit(image), (3, 3))
         y, cr, cb = (as_image(plane) for plane in cv2.split(cv2.cvtColor(smooth, cv2.COLOR_BGR2YCrCb)))
         mask = self._differs(as_image(smooth), y, cr, cb)
