@@ -7,9 +7,9 @@
 
 Data flows one way: `formats` are read into a `recording`, whose pixels become `evidence`, which by a choice of
 `methods` and `tracking` becomes a track, which gets `scores` and a `report`; `cli` types the same. Beside the stream:
-`inertial` is what every IMU log must pass, `setup` makes a recording ready, `simulate` makes one from nothing, `study`
-runs many, `reproduce` the papers'. What is not named here is in those modules: `from pytracker.evidence import
-PatchTracker`.
+`inertial` is what every IMU log must pass, `setup` makes a recording ready, `simulate` makes one from nothing, `live`
+follows a camera that is there now, `study` runs many, `reproduce` the papers'. What is not named here is in those
+modules: `from pytracker.evidence import PatchTracker`.
 
 Conventions: SI units (metres, seconds, radians, m/s²), pixels as (u right, v down) with pixel centres at integers.
 Quaternions are Hamilton, w first, named for what they do: `q_world_sensor` takes sensor vectors to the world.

@@ -6,6 +6,7 @@
 | `settings` | `--method` and `--set` |
 | `parameters` | what `--help` says of them |
 | `tracking` | `demo`, `track`, `report`, `inspect` |
+| `live` | `live` |
 | `results` | `evaluate`, `export` |
 | `setting_up` | `init`, `keypoints`, `check` |
 | `calibrating` | `board`, `calibrate camera`, `calibrate pose`, `calibrate level`, `calibrate export` |

@@ -17,7 +17,7 @@ from typing import Annotated
 import typer
 
 import pytracker as pt
-from pytracker.cli import calibrating, recordings, results, setting_up, studies, tracking
+from pytracker.cli import calibrating, live, recordings, results, setting_up, studies, tracking
 
 __all__ = ["main"]
 
@@ -29,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for part in (tracking, results, setting_up, calibrating, studies, recordings):
+for part in (tracking, live, results, setting_up, calibrating, studies, recordings):
     app.add_typer(part.commands)
 
 

@@ -11,9 +11,9 @@ from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.check import check
 from pytracker.inertial.conventions import in_our_terms
 from pytracker.inertial.orientation import orient
-from pytracker.recording.recording import Imu
+from pytracker.recording.recording import Imu, Worn
 from pytracker.recording.schema import ImuEntry
-from pytracker.rotation import conjugate, multiply, rotate, rotation_vector_to_quaternion
+from pytracker.rotation import rotation_vector_to_quaternion
 
 __all__ = ["load_imu"]
 
@@ -34,11 +34,8 @@ def load_imu(
             f"{place}.offset_sd_s is {entry.offset_sd_s}, but its clock is taken as it is given: only that of an arm's "
             "first sensor is estimated"
         )
-    mount = np.array(entry.mount)
-    if abs(np.linalg.norm(mount) - 1) > 0.02:
-        raise InputError(f"{place}.mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
+    worn = _worn_as(place, entry)
     orientation = folder / entry.orientation_file if entry.orientation_file else None
-    mount /= np.linalg.norm(mount)
     log = read_imu(
         folder / entry.file,
         orientation_file=orientation,
@@ -56,15 +53,23 @@ def load_imu(
     log = orient(log)
     assert log.acc is not None
     assert log.q_world_sensor is not None
-    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
-    q_world_segment = multiply(multiply(heading, log.q_world_sensor), conjugate(mount))
     # Its clock goes faster or slower than the video's from its first sample on.
     drifted_s = 1e-6 * entry.drift_ppm * (log.time_s - log.time_s[0])
     imu = Imu(
         time_s=log.time_s + entry.offset_s + drifted_s,
-        acc=rotate(mount, log.acc),
-        q_world_segment=np.ascontiguousarray(q_world_segment),
-        gyr=None if log.gyr is None else rotate(mount, log.gyr),
+        acc=worn.of_segment(log.acc),
+        q_world_segment=worn.q_world_segment(log.q_world_sensor),
+        gyr=None if log.gyr is None else worn.of_segment(log.gyr),
         segment=segment,
+        worn=worn,
     )
     return imu, log.warnings
+
+
+def _worn_as(place: str, entry: ImuEntry) -> Worn:
+    """What `entry`, at `place` of the file, says. Raises `InputError` where its mount is no unit quaternion."""
+    mount = np.array(entry.mount)
+    if abs(np.linalg.norm(mount) - 1) > 0.02:
+        raise InputError(f"{place}.mount has norm {np.linalg.norm(mount):.4f}, expected a unit quaternion")
+    heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, np.deg2rad(entry.heading_deg or 0.0)]))
+    return Worn(mount / np.linalg.norm(mount), heading)

@@ -17,7 +17,7 @@ from pytracker._core import InputError, Observation
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video_steady import CameraMoves
 from pytracker.recording.camera import Camera, ProjectionFit, WeakPerspective
-from pytracker.rotation import Array, Triple
+from pytracker.rotation import Array, Triple, conjugate, multiply, rotate
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = [
@@ -31,6 +31,7 @@ __all__ = [
     "Recording",
     "Truth",
     "View",
+    "Worn",
 ]
 
 
@@ -82,6 +83,28 @@ class View:
     moves: CameraMoves | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Worn:
+    """How a sensor is worn.
+
+    Attributes:
+        mount: sensor to segment `(4,)`.
+        heading: the turn from its earth frame to the world `(4,)`.
+    """
+
+    mount: Array
+    heading: Array
+
+    def of_segment(self, vectors: Array) -> Array:
+        """What was measured in the sensor's axes `(..., 3)`, in its segment's."""
+        return rotate(self.mount, vectors)
+
+    def q_world_segment(self, q_earth_sensor: Array) -> Array:
+        """How the segment is turned, of the sensor's own orientation; both `(M, 4)`."""
+        q = multiply(multiply(self.heading, q_earth_sensor), conjugate(self.mount))
+        return np.ascontiguousarray(q)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Imu:
     """A worn IMU, in recording time and in the frame of its segment (+y from its far joint to its near one).
@@ -92,6 +115,7 @@ class Imu:
         q_world_segment: orientation of the segment, to the world, w first `(M, 4)`.
         gyr: turn rate, rad/s `(M, 3)`, where there is a gyroscope.
         segment: which segment wears it.
+        worn: how, by the recording's description; None where there is none.
     """
 
     time_s: Array
@@ -99,6 +123,7 @@ class Imu:
     q_world_segment: Array
     gyr: Array | None = None
     segment: str = "right_forearm"
+    worn: Worn | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -24,7 +24,7 @@ from pytracker.formats.video import Image
 from pytracker.methods.body import BodyMethod
 from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
-from pytracker.tracking.body_watch import NO_BLOB, PictureWatch, PointsWatch, Words, is_blob_bound, together
+from pytracker.tracking.body_watch import NO_BLOB, PictureWatch, PointsWatch, Words, in_words, is_blob_bound, together
 from pytracker.tracking.camera_moved import MOVED, camera_moved
 from pytracker.tracking.follow import Followed, follow, smoothed
 from pytracker.tracking.tracks import Track
@@ -236,12 +236,6 @@ def _reasons(
     return said + [{"": "the track was lost before"}] * (found.count - found.tracked)
 
 
-def _in_words(words: Words) -> str:
-    """All of a frame's reasons; what goes for all of it is said once."""
-    of_joints = [f"{joint.replace('_', ' ')}: {why}" for joint, why in words.items() if joint and why != words.get("")]
-    return "; ".join([*filter(None, [words.get("")]), *of_joints])
-
-
 def _assemble(
     recording: BodyRecording,
     method: BodyMethod,
@@ -264,7 +258,7 @@ def _assemble(
         ess=found.rows(found.table["ess"]),
         log_evidence=found.rows(found.table["log_evidence"]),
         valid=np.array([not words for words in said]),
-        reason=tuple(_in_words(words) for words in said),
+        reason=tuple(in_words(words) for words in said),
         poses=found.rows(tracker.channels(np.ascontiguousarray(angles[: found.tracked, 0]))),
         free=method.channels,
         angles=np.ascontiguousarray(angles.transpose(1, 0, 2)),

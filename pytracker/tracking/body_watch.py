@@ -26,7 +26,7 @@ from pytracker.recording.recording import BodyRecording
 from pytracker.rotation import Array
 from pytracker.tracking.fits import check_fits
 
-__all__ = ["NO_BLOB", "BodyWatch", "PictureWatch", "PointsWatch", "Words", "is_blob_bound", "together"]
+__all__ = ["NO_BLOB", "BodyWatch", "PictureWatch", "PointsWatch", "Words", "in_words", "is_blob_bound", "together"]
 
 Words = dict[str, str]
 """By joint what speaks against it, `""` for the frame; those are left out that nothing speaks against."""
@@ -102,6 +102,12 @@ def together(*said: Words) -> Words:
             words.setdefault(joint, why)
     words[""] = "; ".join(filter(None, (some.get("") for some in said)))
     return {joint: why for joint, why in words.items() if why}
+
+
+def in_words(words: Words) -> str:
+    """All of a frame's reasons; what goes for all of it is said once."""
+    of_joints = [f"{joint.replace('_', ' ')}: {why}" for joint, why in words.items() if joint and why != words.get("")]
+    return "; ".join([*filter(None, [words.get("")]), *of_joints])
 
 
 class PictureWatch:

@@ -30,7 +30,7 @@ from pytracker.formats.imu.names import (
 from pytracker.formats.text import cells_of, delimited, parse_table, without_cut_row
 from pytracker.inertial.log import ImuLog
 
-__all__ = ["Header", "header_of", "read"]
+__all__ = ["ACC", "GYR", "QUATERNION", "Header", "header_of", "read"]
 
 SEPARATOR = re.compile(r'"?sep=', re.IGNORECASE)
 

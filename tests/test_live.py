@@ -1,0 +1,194 @@
+"""Live: lines and frames as they come, by the clock on the wall, against what was simulated."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import pytracker as pt
+from pytracker.formats.video import Frame
+from pytracker.live import Live, live, sensor_samples
+from pytracker.live.camera import camera_frames
+from pytracker.live.sensor import SensorClock
+from pytracker.live.subject import live_subject
+from pytracker.recording.recording import Worn
+from pytracker.rotation import rotation_vector_to_quaternion
+
+HEADER = "time_s,acc_x,acc_y,acc_z,q_w,q_x,q_y,q_z"
+NOT_TURNED = Worn(np.array([1.0, 0.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0, 0.0]))
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> pt.ArmRecording:
+    scene = pt.ArmScene(duration_s=6.0, pattern="gesture", worn=True)
+    recording = pt.load(pt.simulate_arm(tmp_path_factory.mktemp("live") / "arm", scene, 4))
+    assert isinstance(recording, pt.ArmRecording)
+    return recording
+
+
+def paced(path: Path) -> Iterator[str]:
+    """A file's lines at the pace of their first column."""
+    began_s = time.monotonic()
+    for number, line in enumerate(path.read_text("utf-8").splitlines()):
+        if number:
+            time.sleep(max(0.0, began_s + float(line.split(",")[0]) - time.monotonic()))
+        yield line
+
+
+def at_hand(recording: pt.Recording, name: str) -> Path:
+    assert recording.folder is not None
+    return recording.folder / name
+
+
+def test_an_arm_is_followed_live(arm: pt.ArmRecording) -> None:
+    """The second in which the sensor's clock is found is left out; what follows is as well known as it says."""
+    counts = Live()
+    source = live(arm, pt.Mixture(), str(at_hand(arm, "video.mp4")), paced(at_hand(arm, "imu.csv")), progress=counts)
+    found = list(source)
+    time_s = np.array([estimate.time_s for estimate, _ in found])
+    wrist = np.array([estimate.places["wrist"].mean for estimate, _ in found])
+    assert arm.truth is not None
+    off_m = np.linalg.norm(wrist - arm.truth.at("wrist", time_s), axis=1)
+    assert 0.9 < time_s[0] < 1.6
+    assert time_s[-1] > 5.8
+    assert counts.frames == len(found) > 60  # of some 120: a machine that is busy leaves frames out
+    assert np.nanmedian(off_m) < 0.12  # 4 to 7 cm
+    assert counts.invalid < 0.3 * counts.frames
+
+
+def test_a_body_is_followed_live(tmp_path: Path) -> None:
+    recording = pt.load(pt.simulate_body(tmp_path / "body", pt.BodyScene(duration_s=2.0), 3))
+    assert isinstance(recording, pt.BodyRecording)
+    found = list(live(recording, pt.Partitioned(), str(at_hand(recording, "video.mp4"))))
+    track = pt.track(recording, pt.Partitioned(), 0)
+    time_s = np.array([estimate.time_s for estimate, _ in found])
+    assert time_s[-1] > 1.5
+    offline = track.joints["left_elbow"].mean[np.searchsorted(track.time_s, time_s + 0.01) - 1]
+    elbow = np.array([estimate.places["left_elbow"].mean for estimate, _ in found])
+    # The same but for frames that a busy machine leaves out.
+    assert np.median(np.linalg.norm(elbow - offline, axis=1)) < 0.06
+    assert {reason for _, reason in found} & set(track.reason)
+
+
+def test_frames_that_come_too_fast_are_left_out_and_counted(arm: pt.ArmRecording) -> None:
+    counts = Live()
+    source = live(arm, pt.Mixture(), str(at_hand(arm, "video.mp4")), paced(at_hand(arm, "imu.csv")), progress=counts)
+    for _ in itertools.islice(source, 8):
+        time.sleep(0.2)
+    source.close()
+    assert counts.skipped > 10
+
+
+def test_a_camera_of_another_size_is_refused(arm: pt.ArmRecording) -> None:
+    subject = live_subject(arm, pt.Mixture())
+    with pytest.raises(pt.InputError, match="frame 7 is 320 x 240 px, expected 640 x 480"):
+        subject.see(Frame(7, 0.2, np.zeros((240, 320, 3), dtype=np.uint8)))
+
+
+def test_what_cannot_be_followed_live_is_refused(arm: pt.ArmRecording) -> None:
+    lines = iter([HEADER])
+    with pytest.raises(pt.InputError, match="needs the whole recording"):
+        next(live(arm, pt.Smooth(), "0", lines))
+    with pytest.raises(pt.InputError, match="by its sensor too"):
+        next(live(arm, pt.Mixture(), "0"))
+    with pytest.raises(pt.InputError, match="2 cameras"):
+        next(live(dataclasses.replace(arm, views=arm.views * 2), pt.Mixture(), "0", lines))
+    with pytest.raises(pt.InputError, match="no such file, expected a camera's number"):
+        next(live(arm, pt.Mixture(), "nothing.mp4", lines))
+    with pytest.raises(pt.InputError, match="no column acc_x, acc_y"):
+        next(live(arm, pt.Mixture(), str(at_hand(arm, "video.mp4")), iter(["time_s,acc_z,q_w,q_x,q_y,q_z"])))
+
+
+def test_bursts_are_told_apart_by_the_sensors_own_clock() -> None:
+    """A radio sends ten samples at a time; whatever the delay, times are as far apart as they were measured."""
+    clock = SensorClock()
+    own_s = 250.0 + 0.01 * np.arange(3000)
+    rng = np.random.default_rng(1)
+    bursts = np.repeat(own_s[9::10] - 250.0 + 0.02 + rng.gamma(1.0, 0.01, 300), 10)
+    time_s = np.array([clock(own, arrived) for own, arrived in zip(own_s, bursts, strict=True)])
+    known = np.isfinite(time_s)
+    assert 80 < np.argmax(known) < 130
+    assert known[130:].all()
+    off_s = time_s[known] - (own_s[known] - 250.0)
+    assert np.ptp(off_s) < 0.02
+    assert np.diff(time_s[known]).min() > 0.009
+
+
+def test_a_sensors_clock_that_drifts_is_followed() -> None:
+    """By 200 ppm for ten minutes, 120 ms."""
+    clock = SensorClock()
+    ours_s = 0.05 * np.arange(12000)
+    rng = np.random.default_rng(2)
+    late_s = rng.gamma(1.0, 0.01, len(ours_s))
+    time_s = np.array([clock(1.0002 * now, now + late) for now, late in zip(ours_s, late_s, strict=True)])
+    assert np.abs(time_s[400:] - ours_s[400:]).max() < 0.015
+    assert np.diff(time_s[400:]).min() > 0.0
+
+
+def test_samples_are_turned_as_the_recording_says() -> None:
+    """Of a sensor that is worn a quarter turn about its z, in a world a quarter turn about the vertical."""
+    quarter = rotation_vector_to_quaternion(np.array([0.0, 0.0, 0.5 * np.pi]))
+    worn = Worn(quarter, rotation_vector_to_quaternion(np.array([0.0, 0.0, np.pi])))
+    assert worn.of_segment(np.array([1.0, 0.0, 9.81])) == pytest.approx([0.0, 1.0, 9.81])
+    assert worn.q_world_segment(np.array([[1.0, 0.0, 0.0, 0.0]]))[0] == pytest.approx(quarter)
+    now = itertools.count()
+    lines = [HEADER, *(f"{k},1,0,9.81,1,0,0,0" for k in range(5))]
+    found = list(sensor_samples(lines, worn, lambda: float(next(now)), print))
+    assert [sample.time_s for sample in found] == [1.0, 2.0, 3.0, 4.0]
+    assert {sample.what for sample in found} == {"IMU sample"}
+
+
+def test_lines_that_cannot_be_read_are_said_and_left_out() -> None:
+    said: list[str] = []
+    now = itertools.count()
+    rows = [f"{k},0,0,9.81,1,0,0,0" for k in range(6)]
+    lines = [HEADER, *rows[:3], "3,0,0", "", "nan,0,0,9.81,1,0,0,0", *rows[4:]]
+    found = list(sensor_samples(lines, NOT_TURNED, lambda: float(next(now)), said.append))
+    assert len(found) == 4
+    assert [words.split(",")[0] for words in said] == [
+        "the sensor's line 5 is '3",
+        "the sensor's line 7 has time nan",
+    ]
+
+
+def test_a_file_is_played_at_its_own_pace(arm: pt.ArmRecording) -> None:
+    began_s = time.monotonic()
+    frames = camera_frames(str(at_hand(arm, "video.mp4")), lambda: time.monotonic() - began_s, late_s=0.03)
+    last = next(itertools.islice(frames, 25, None))
+    assert time.monotonic() - began_s > 0.9
+    assert last.time_s == pytest.approx(0.97, abs=0.5)
+
+
+def test_the_command_writes_rows_and_leaves_in_peace(arm: pt.ArmRecording, tmp_path: Path) -> None:
+    """Without a sensor's line it says so; a camera that is still open does not abort the program."""
+    assert arm.folder is not None
+    video = str(at_hand(arm, "video.mp4"))
+    command = [sys.executable, "-m", "pytracker", "live", str(arm.folder), "--camera", video]
+    out = tmp_path / "live.csv"
+    lines = at_hand(arm, "imu.csv").read_text("utf-8")
+    fed = subprocess.Popen(  # noqa: S603
+        [*command, "--out", str(out)], stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    assert fed.stdin is not None
+    for line in lines.splitlines(keepends=True):
+        fed.stdin.write(line)
+        fed.stdin.flush()
+        time.sleep(0.018)
+    said = fed.communicate(timeout=60)[1]
+    assert fed.returncode == 0, said
+    assert "frames," in said
+    rows = out.read_text("utf-8").splitlines()
+    assert rows[0].startswith("time_s,wrist_x_m,")
+    assert rows[0].endswith("valid,reason")
+    assert len(rows) > 40
+    refused = subprocess.run(command, input="a,b\n", capture_output=True, text=True, timeout=60, check=False)  # noqa: S603
+    assert refused.returncode == 2
+    assert "no column time_s" in refused.stderr
