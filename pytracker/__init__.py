@@ -6,10 +6,10 @@
     pytracker.write_report([track], "report/")
 
 Data flows one way: `formats` are read into a `recording`, whose pixels become `evidence`, which by a choice of
-`methods` and `tracking` becomes a track, which gets `scores` and a `report`; `cli` types the same. Beside the stream:
-`inertial` is what every IMU log must pass, `setup` makes a recording ready, `simulate` makes one from nothing, `live`
-follows a camera that is there now, `study` runs many, `reproduce` the papers'. What is not named here is in those
-modules: `from pytracker.evidence import PatchTracker`.
+`methods` and `tracking` becomes a track, which is asked for `doubts` and gets `scores` and a `report`; `cli` types the
+same. Beside the stream: `inertial` is what every IMU log must pass, `setup` makes a recording ready, `simulate` makes
+one from nothing, `live` follows a camera that is there now, `study` runs many, `reproduce` the papers'. What is not
+named here is in those modules: `from pytracker.evidence import PatchTracker`.
 
 Conventions: SI units (metres, seconds, radians, m/s²), pixels as (u right, v down) with pixel centres at integers.
 Quaternions are Hamilton, w first, named for what they do: `q_world_sensor` takes sensor vectors to the world.
@@ -34,6 +34,7 @@ if _sys.orig_argv[1:3] == ["-m", "pytracker"] or "".join(_sys.argv[:1]).endswith
         raise SystemExit(130) from None
 
 from pytracker._core import Estimate, InputError, Observation, Tracker, TrackingError, __version__
+from pytracker.doubts import doubts
 from pytracker.evidence import Sightings
 from pytracker.methods import (
     Annealed,
@@ -57,7 +58,7 @@ from pytracker.scores import Scores, evaluate
 from pytracker.simulate import ArmScene, BodyScene, simulate_arm, simulate_body
 from pytracker.skeleton import Skeleton
 from pytracker.study import read_study, run_study
-from pytracker.tracking import Track, doubts, record_cycle, track
+from pytracker.tracking import Track, record_cycle, track
 
 __all__ = [
     "Annealed",

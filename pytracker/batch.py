@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pytracker._core import InputError, TrackingError
+from pytracker.doubts.doubts import is_unusable, unbelieved
 from pytracker.methods.method import Method
 from pytracker.outcomes import Outcome, check_index, read_outcomes, run_of, table_of
 from pytracker.output import MADE_HERE, check_target, write_whole
@@ -25,7 +26,6 @@ from pytracker.report.page import filled
 from pytracker.report.write import write_report
 from pytracker.scores.agreement import disagreement
 from pytracker.scores.evaluate import evaluate
-from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 

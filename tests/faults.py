@@ -18,9 +18,9 @@ import numpy as np
 from fault_kinds import faults
 
 import pytracker as pt
+from pytracker.doubts.doubts import unbelieved
 from pytracker.evidence import sightings_of
 from pytracker.simulate import ArmSimulation
-from pytracker.tracking.doubts import unbelieved
 
 SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"
 TRUTH = re.compile(r"^\[truth\]\n(?:[^\[\n].*\n?|\n)*", re.MULTILINE)

@@ -15,11 +15,11 @@ import pytest
 from test_cli import run
 
 import pytracker as pt
+from pytracker.doubts.doubts import unbelieved
 from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import ArmMethod
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate import ArmSimulation
-from pytracker.tracking.doubts import unbelieved
 
 HELD = "the wrist is beyond the arm's reach and its own band"
 PATTERNS = ("circle", "reach", "gesture")

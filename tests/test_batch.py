@@ -47,6 +47,23 @@ def test_one_that_fails_stops_no_other(tmp_path: Path) -> None:
     assert (tmp_path / "alone" / "track.csv").read_bytes() == (out / "trial" / "track.csv").read_bytes()
 
 
+def test_quiet_or_not_what_failed_and_whose_warning_it_is_is_said(tmp_path: Path) -> None:
+    """On the error stream: a folder that failed was passed over in silence, warnings came without their folder."""
+    right = pt.simulate_arm(tmp_path / "right", pt.ArmScene(duration_s=3.0), 1)
+    short, broken = (Path(shutil.copytree(right, tmp_path / name)) for name in ("short", "broken"))
+    rows = (short / "imu.csv").read_text().splitlines()
+    (short / "imu.csv").write_text("\n".join(rows[: len(rows) // 2]) + "\n")
+    (broken / "imu.csv").write_text("time_s,acc_x\n")
+    folders = [str(folder) for folder in (right, short, broken)]
+    done = CliRunner().invoke(app, ["track", *folders, "--out", str(tmp_path / "out"), "--no-report", "--quiet"])
+    assert done.exit_code == 1
+    assert done.stdout == ""
+    said = done.stderr.splitlines()
+    assert any(line.startswith(f"pytracker: {broken}: failed: ") and "acc_y" in line for line in said)
+    assert any(line.startswith(f"pytracker: warning: {short}: ") and "the IMU ends" in line for line in said)
+    assert not any(f"{right}: " in line for line in said)
+
+
 def rows_of(out: Path) -> list[tuple[str, str, str, bool]]:
     """Recording, result, failed, and whether it is of an earlier run."""
     rows = csv.DictReader((out / "index.csv").read_text().splitlines())

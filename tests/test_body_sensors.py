@@ -13,11 +13,11 @@ import pytest
 from conftest import SEGMENTS
 
 import pytracker as pt
+from pytracker.doubts.body import of_body
+from pytracker.doubts.body_sensors import of_sensors
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
 from pytracker.tracking import BodyTrack
-from pytracker.tracking.body_doubts import of_body
-from pytracker.tracking.body_sensors import of_sensors
 
 Spoilt = Callable[[Imu], Imu]
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.doubts.camera_place import of_camera_place
 from pytracker.rotation import triple
 from pytracker.tracking import BodyTrack
-from pytracker.tracking.camera_place import of_camera_place
 
 
 @pytest.fixture(scope="module")

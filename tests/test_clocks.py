@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.doubts.clocks import is_another
 from pytracker.evidence.patch.clocks import Clock, find_clock
 from pytracker.evidence.patch.lag import explained_by
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import rotate
 from pytracker.simulate.arm import ArmSimulation
-from pytracker.tracking.clocks import is_another
 
 
 def simulated(pattern: str, duration_s: float, seed: int, *, worn: bool = True) -> tuple[pt.ArmRecording, pt.Sightings]:

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import pytracker as pt
+from pytracker.doubts.pauses import of_pauses
+from pytracker.doubts.swivel import HANGS, hangs
 from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation, look_at
 from pytracker.tracking import ArmTrack
 from pytracker.tracking.found import found_by
-from pytracker.tracking.pauses import of_pauses
-from pytracker.tracking.swivel import HANGS, hangs
 
 
 def tracked(pattern: str, seed: int, heading_deg: float = 0.0, offset_s: float = 0.0) -> ArmTrack:

@@ -14,10 +14,10 @@ from test_body_senses import with_keypoints
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
+from pytracker.doubts.doubts import doubts
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.recording import WeakPerspective
 from pytracker.setup.first_pose import first_pose
-from pytracker.tracking.doubts import doubts
 
 OTHERS = {"left": "right", "right": "left"}
 EXCHANGED = [KEYPOINTS.index("_".join(OTHERS.get(word, word) for word in name.split("_"))) for name in KEYPOINTS]

@@ -11,10 +11,11 @@ import pytest
 from test_arm_senses import load, simulated
 
 import pytracker as pt
+from pytracker.doubts import doubts
+from pytracker.doubts.upper_arm import of_upper_arm
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.setup import check
-from pytracker.tracking import ArmTrack, doubts
-from pytracker.tracking.upper_arm import of_upper_arm
+from pytracker.tracking import ArmTrack
 
 
 def test_a_sensor_that_points_elsewhere_is_told_and_does_little_harm() -> None:

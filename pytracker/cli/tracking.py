@@ -17,6 +17,7 @@ from pytracker.cli import parameters
 from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.cli.terminal import frames_bar, print_comparison
+from pytracker.doubts.doubts import is_unusable, unbelieved
 from pytracker.evidence.observations import shared_sightings
 from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method
@@ -26,7 +27,6 @@ from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
 from pytracker.report.metadata import read_run
 from pytracker.scores.agreement import disagreement
-from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.fits import why_unfit
 from pytracker.tracking.track import default_method
 
@@ -178,9 +178,12 @@ def _track_several(
         error = "" if one.error_m is None else f", {100 * one.error_m:.1f} cm off"
         said = one.words[1:] if one.is_earlier and not one.stale else one.words
         why, others = (said[0], said[1:]) if one.has_failed and said else ("", said)
-        state = f"failed: {why}" if one.has_failed else f"{one.valid:.0%} of {one.frames} frames valid{error}"
-        say(f"{one.recording}: {state}{f' ({EARLIER})' if one.is_earlier and not one.stale else ''}", quiet)
-        warn(others)
+        earlier = f" ({EARLIER})" if one.is_earlier and not one.stale else ""
+        if one.has_failed:
+            print(f"pytracker: {one.recording}: failed: {why}{earlier}", file=sys.stderr)
+        else:
+            say(f"{one.recording}: {one.valid:.0%} of {one.frames} frames valid{error}{earlier}", quiet)
+        warn(tuple(f"{one.recording}: {words}" for words in others))
 
     outcomes = batch.track_all(
         folders, out, method_of, seed=seed, page=not no_report, force=force, jobs=jobs, done=told

@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
+from pytracker.doubts.clocks import words_of
+from pytracker.doubts.doubts import is_unusable, unbelieved
 from pytracker.evidence.patch.camshift import PatchTrack
 from pytracker.evidence.patch.clocks import find_clock
 from pytracker.evidence.patch.hanging import LIES_STILL, rests_in_words, without_standing
@@ -33,8 +35,6 @@ from pytracker.setup.check_worn import check_clock, check_worn, given_axis
 from pytracker.setup.draft import Draft
 from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.worn import Worn
-from pytracker.tracking.clocks import words_of
-from pytracker.tracking.doubts import is_unusable, unbelieved
 from pytracker.tracking.found import CLOCK, Found, found_by
 from pytracker.tracking.track import default_method, track
 from pytracker.tracking.tracks import Track

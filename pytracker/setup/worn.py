@@ -17,6 +17,7 @@ from functools import partial
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
+from pytracker.doubts.swivel import HANGS, HANGS_SD, hangs
 from pytracker.evidence.patch.lag import GRID_S, Lag, banded, find_lags, was_seen
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY
@@ -31,7 +32,6 @@ from pytracker.rotation import (
     triple,
 )
 from pytracker.tracking.arm import ArmTrack, filter_arm
-from pytracker.tracking.swivel import HANGS, HANGS_SD, hangs
 
 __all__ = [
     "CLEAR",

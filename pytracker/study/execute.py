@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
+from pytracker.doubts.doubts import unbelieved
 from pytracker.evidence.observations import shared_sightings
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.load import load
@@ -24,7 +25,6 @@ from pytracker.scores.evaluate import evaluate, held
 from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm, simulate_body
 from pytracker.study.fingerprint import fingerprint
 from pytracker.study.plan import Run, StudyRecording
-from pytracker.tracking.doubts import unbelieved
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from pytracker.doubts.body_sensors import of_sensors
+from pytracker.doubts.camera_place import of_camera_place
+from pytracker.doubts.foreground import of_foreground
 from pytracker.evidence.points.subject import points_of_subject
 from pytracker.evidence.pose.facing import LEAST_SEEN, seen_from_behind
 from pytracker.tracking.body import BodyTrack
-from pytracker.tracking.body_sensors import of_sensors
-from pytracker.tracking.camera_place import of_camera_place
-from pytracker.tracking.foreground import of_foreground
 from pytracker.tracking.tracks import where_of
 
 __all__ = ["of_body"]
