@@ -29,8 +29,8 @@ pub(super) struct Step<'a> {
     pub world_sensor: Quaternion,
     /// For how long nothing had said how the sensor is oriented, s.
     pub stale_s: f64,
-    /// Whether the sensor lay still.
-    pub is_rest: bool,
+    /// Where the wrist rests: by how much it trembles, standard deviation of its velocity, m/s per axis.
+    pub rest: Option<f64>,
     /// Whether it says something new.
     pub is_new: bool,
     /// Where each camera saw the patch.
@@ -95,10 +95,10 @@ impl ArmBranch<'_> {
     }
 
     fn frame(&self, step: usize) -> Frame<'_> {
-        let Step { time_s, world_sensor, stale_s, is_rest, pixels, landmarks, upper_arm, .. } = self.steps[step];
+        let Step { time_s, world_sensor, stale_s, rest, pixels, landmarks, upper_arm, .. } = self.steps[step];
         let landmarks = landmarks.iter().map(|landmark| landmark.seen_by(self.views)).collect();
         let sightings = sightings(self.views, pixels);
-        Frame { stale_s, is_rest, sightings, landmarks, upper_arm, ..Frame::empty(time_s, world_sensor) }
+        Frame { stale_s, rest, sightings, landmarks, upper_arm, ..Frame::empty(time_s, world_sensor) }
     }
 }
 

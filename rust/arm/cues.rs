@@ -245,7 +245,7 @@ mod tests {
                 let joint = |joint| Landmark { joint, camera: 1, pixel: sighting.pixel, sd: 3.0 };
                 let [shoulder, elbow] = [SeenJoint::Shoulder, SeenJoint::Elbow].map(|one| joint(one).seen_by(&views));
                 let direction = Direction { time_s: 1.0, to_shoulder, sd: 0.05 };
-                let rest = Rest::new(posed.noise);
+                let rest = Rest::new(0.1, posed.noise);
                 let cues: [&dyn Cue; 6] = [sighting, &UpperArmLength, &rest, &shoulder, &elbow, &direction];
                 for cue in cues {
                     is_slope_of(|x| linear(cue, posed, x).0, &linear(cue, posed, &at).1, &at);

@@ -225,7 +225,7 @@ impl ArmFilter {
             world_sensor,
             acceleration: self.timeline.acceleration(&self.noise),
             stale_s: self.timeline.stale_s(&self.noise),
-            is_rest: self.timeline.is_rest(&self.noise),
+            rest: self.timeline.is_rest(&self.noise).then_some(0.0),
             sightings: sightings(&self.views, pixels),
             landmarks: landmarks.iter().map(|landmark| landmark.seen_by(&self.views)).collect(),
             upper_arm: direction_at(&self.directions, time_s),

@@ -63,8 +63,8 @@ pub struct Frame<'a> {
     pub acceleration: Vector3<f64>,
     /// For how long nothing has said how the sensor is oriented, s.
     pub stale_s: f64,
-    /// Whether the sensor lies still.
-    pub is_rest: bool,
+    /// Where the wrist rests: by how much it trembles, standard deviation of its velocity, m/s per axis.
+    pub rest: Option<f64>,
     /// Where the patch was seen, if it was.
     pub sightings: Vec<Sighting<'a>>,
     /// Which joints were seen besides, and where.
@@ -92,8 +92,9 @@ impl Frame<'_> {
                 Some(direction) => vec![Box::new(direction)],
                 None => vec![Box::new(UpperArmLength)],
             },
-            CueName::Rest if self.is_rest => vec![Box::new(Rest::new(noise))],
-            CueName::Rest => Vec::new(),
+            CueName::Rest => {
+                self.rest.iter().map(|tremor| Box::new(Rest::new(*tremor, noise)) as Box<dyn Cue>).collect()
+            }
         }
     }
 
@@ -107,7 +108,7 @@ impl Frame<'_> {
             world_sensor,
             acceleration: Vector3::zeros(),
             stale_s: 0.0,
-            is_rest: false,
+            rest: None,
             sightings: Vec::new(),
             landmarks: Vec::new(),
             upper_arm: None,

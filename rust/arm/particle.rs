@@ -156,7 +156,7 @@ impl ArmParticles {
         let forearm = |q: Quaternion| q.rotate(arm.elbow_in_sensor());
         let length_before = ArmLength::new(arm, forearm(frame.last_world_sensor), noise, frame.stale_s);
         let length_now = ArmLength::new(arm, forearm(frame.world_sensor), noise, frame.stale_s);
-        let rest = Rest::new(noise);
+        let rest = frame.rest.map(|tremor| Rest::new(tremor, noise));
         let mut moved = false;
         let mut layers = Vec::with_capacity(self.layers.len());
         for layer in &self.layers {
@@ -172,8 +172,8 @@ impl ArmParticles {
                 match cue {
                     CueName::ArmLength => likelihoods.push(length),
                     CueName::Colour if !frame.sightings.is_empty() => likelihoods.push(&colour),
-                    CueName::Rest if frame.is_rest => likelihoods.push(&rest),
-                    CueName::Colour | CueName::Rest => {}
+                    CueName::Colour => {}
+                    CueName::Rest => likelihoods.extend(rest.iter().map(|rest| rest as &dyn Likelihood)),
                 }
             }
             layers.push(Layer { transition, likelihoods, blend: layer.blend });

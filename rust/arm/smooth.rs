@@ -240,7 +240,7 @@ impl<'a> Recorded<'a> {
                 moved,
                 world_sensor: timeline.world_sensor(noise),
                 stale_s: timeline.stale_s(noise),
-                is_rest: still[k] || (says_rest && timeline.is_rest(noise)),
+                rest: still[k].or_else(|| (says_rest && timeline.is_rest(noise)).then_some(0.0)),
                 is_new: news.is_new(frame.time_s, cameras),
                 pixels: &frame.pixels,
                 landmarks: &frame.landmarks,

@@ -120,7 +120,7 @@ mod tests {
             moved: still.clone(),
             world_sensor: q,
             stale_s: 0.0,
-            is_rest: false,
+            rest: None,
             is_new: true,
             pixels: &pixels[k],
             landmarks: &[],

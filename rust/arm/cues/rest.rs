@@ -1,4 +1,4 @@
-//! What rest says ([`crate::arm::stillness`]): the wrist does not move.
+//! What rest says ([`crate::arm::stillness`]): the wrist does not move, but for a tremor about its place.
 //!
 //! Not in the paper. Nothing else holds the depth while the arm lies still: one camera does not see it, and the
 //! accelerometer's bias, integrated twice, runs off with it.
@@ -12,16 +12,16 @@ use crate::particles::ParticleSet;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// The velocity is zero, to within `rest_speed` per axis.
+/// The velocity is zero, to within `rest_speed` and a tremor's per axis.
 #[derive(Debug, Clone, Copy)]
 pub struct Rest {
     sd: f64,
 }
 
 impl Rest {
-    /// As `noise` has it.
-    pub fn new(noise: &Noise) -> Self {
-        Self { sd: noise.rest_speed }
+    /// Of a wrist that trembles with such a standard deviation of its velocity, m/s per axis.
+    pub fn new(tremor: f64, noise: &Noise) -> Self {
+        Self { sd: noise.rest_speed.hypot(tremor) }
     }
 }
 
