@@ -160,3 +160,18 @@ def test_a_clock_that_is_off_by_seconds_is_told() -> None:
     early = dataclasses.replace(recording, imus=(dataclasses.replace(imu, time_s=imu.time_s - 2.5),))
     said = pt.doubts(pt.track(early, pt.Mixture(), sightings=sightings))
     assert any("IMU's clock is moved by +2.5" in words and "check offset_s" in words for words in said)
+
+
+@pytest.mark.parametrize("pauses", [[(8.0, 13.0)], [(5.0, 8.0), (14.0, 17.0)]], ids=["one", "two"])
+def test_a_sensor_that_pauses_is_of_this_take(pauses: list[tuple[float, float]]) -> None:
+    """What it did meanwhile is made up, and explained no more than three fifths: "of one take?" was asked."""
+    recording, sightings = simulated("gesture", 24.0, 1)
+    imu = recording.imus[0]
+    there = ~np.any([(imu.time_s > start) & (imu.time_s < end) for start, end in pauses], axis=0)
+    q, acc = np.ascontiguousarray(imu.q_world_segment[there]), np.ascontiguousarray(imu.acc[there])
+    imu = dataclasses.replace(imu, time_s=imu.time_s[there], acc=acc, gyr=None, q_world_segment=q)
+    clocks = found(dataclasses.replace(recording, imus=(imu,)), sightings)
+    assert clocks is not None
+    given, best = clocks
+    assert given.explained > 0.85
+    assert not is_another(given, best)

@@ -17,6 +17,7 @@ from pytracker._core import ARM_ALIKE
 from pytracker.evidence.patch.lag import (
     BAND_HZ,
     EDGE_S,
+    GAP_S,
     GRID_S,
     LEAST_OVERLAP_S,
     MOST_EXPLAINED,
@@ -107,7 +108,7 @@ def find_clock(
     too slowly. `pixels` `(T, 2)` are where the patch was at `frame_s`; `acceleration` `(M, 3)` is the IMU's at `imu_s`,
     by the video's clock as far as it is known, in an earth frame without gravity.
     """
-    way = _way(frame_s, pixels)
+    way = _way(frame_s, _measured(frame_s, pixels, imu_s))
     if way is None or len(imu_s) < 2:
         return None
     as_given = _laid(way, imu_s, acceleration, 0.0, near_s)
@@ -130,9 +131,17 @@ def clock_as_given(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Ar
 
     None where `find_clock` finds none, or they overlap too briefly.
     """
-    way = _way(frame_s, pixels)
+    way = _way(frame_s, _measured(frame_s, pixels, imu_s))
     clocks = [] if way is None else _laid(way, imu_s, acceleration, 0.0, NEAR_S)
     return max((clock for clock in clocks if abs(clock.later_s) < NEAR_S), key=_worth, default=None)
+
+
+def _measured(frame_s: Array, pixels: Array, imu_s: Array) -> Array:
+    """The patch's way without where the IMU paused, whose way is made up there; `(T, 2)` px."""
+    if len(imu_s) < 2:
+        return pixels
+    after = np.clip(np.searchsorted(imu_s, frame_s), 1, len(imu_s) - 1)
+    return np.where((imu_s[after] - imu_s[after - 1] > GAP_S)[:, None], np.nan, pixels)
 
 
 def _way(frame_s: Array, pixels: Array) -> _Way | None:

@@ -17,6 +17,7 @@ from pytracker.series import runs
 __all__ = [
     "BAND_HZ",
     "EDGE_S",
+    "GAP_S",
     "GRID_S",
     "LEAST_OVERLAP_S",
     "MOST_EXPLAINED",
