@@ -78,3 +78,23 @@ def test_a_start_that_only_the_ray_tells_may_move_and_be_elsewhere() -> None:
     sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(4.0)).first(50)
     method = pt.track(recording, pt.Smooth(), 1, sightings=sightings).method
     assert (method.position_start_sd_m, method.velocity_start_sd) == (0.3, 0.8)
+
+
+@pytest.mark.parametrize(("from_s", "to_s"), [(0.0, 12.0), (0.0, 2.0), (20.0, 32.0)])
+@pytest.mark.parametrize("method", [pt.Mixture(), pt.Smooth()], ids=lambda method: type(method).__name__)
+def test_a_sensor_that_was_there_for_a_part(from_s: float, to_s: float, method: ArmMethod) -> None:
+    """Where it ended long before a window of smoothing, or began after a second, all of the track was lost."""
+    simulation = ArmSimulation(pt.ArmScene(pattern="gesture", worn=True, duration_s=50.0), 1)
+    recording = simulation.recording()
+    imu = recording.imus[0]
+    there = (imu.time_s >= from_s) & (imu.time_s < to_s)
+    assert imu.gyr is not None
+    acc, gyr, q = (np.ascontiguousarray(of[there]) for of in (imu.acc, imu.gyr, imu.q_world_segment))
+    part = dataclasses.replace(imu, time_s=imu.time_s[there], acc=acc, gyr=gyr, q_world_segment=q)
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(1.5))
+    track = pt.track(dataclasses.replace(recording, imus=(part,)), method, 1, sightings=sightings)
+    assert not track.lost
+    known = (track.time_s >= from_s + 0.1) & (track.time_s < to_s)
+    assert track.valid[known].mean() > 0.9
+    assert not track.valid[track.time_s > to_s + 0.5].any()
+    assert pt.doubts(track) == ()

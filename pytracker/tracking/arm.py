@@ -132,7 +132,7 @@ def _speed_sd(recording: ArmRecording, sightings: Sightings, method: ArmMethod) 
         return own
     seen = np.asarray(np.isfinite(sightings.pixels[..., 0])).any(axis=1)
     began_s, seen_s = sightings.time_s[0], sightings.time_s[int(np.argmax(seen))]
-    if not seen.any() or seen_s > began_s + PROBE_S:
+    if not seen.any() or max(seen_s, recording.imus[0].time_s[0]) > began_s + PROBE_S:
         return max(MOVING_SDS)  # by then it may go as it likes
     first = sightings.first(int(np.searchsorted(sightings.time_s, seen_s + PROBE_S)))
     evidence = {}

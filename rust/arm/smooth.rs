@@ -84,12 +84,13 @@ impl<'a> Recorded<'a> {
         Ok(Windowed { own, beyond })
     }
 
-    /// The samples that frames may need, however late they were seen.
+    /// The samples that frames may need, however late they were seen; the last ones where the sensor ended long before.
     fn samples_of(&self, from: usize, to: usize) -> &'a [Sample] {
         let apart = 1.0 + 3.0 * self.noise.clock.map_or(0.0, |clock| clock.start_sd);
         let until = |time_s: f64| self.samples.partition_point(|sample| sample.time_s <= time_s);
+        let last = until(self.frames[to - 1].time_s + apart);
         let first = if from == 0 { 0 } else { until(self.frames[from].time_s - apart) };
-        &self.samples[first..until(self.frames[to - 1].time_s + apart)]
+        &self.samples[first.min(last.saturating_sub(2))..last]
     }
 
     /// One window: every way in which the arm may have gone at every delay, weighed.

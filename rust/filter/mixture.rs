@@ -72,24 +72,36 @@ impl Mixture {
 
     /// Correct every component by what `linearise` says about a state, given the component's covariance (nothing: it has
     /// nothing to say), relinearised `times` times; weigh them by their evidence. Returns the log evidence of all; none
-    /// where nothing was said.
+    /// where nothing was said. A component that cannot be corrected, such as one behind the camera, is dropped beside others.
     ///
     /// # Errors
-    /// [`crate::Error::Singular`], at the time given; what `linearise` gives.
+    /// [`crate::Error::Singular`], at the time given; what `linearise` gives: where no component is left.
     pub fn correct(
         &mut self,
         time_s: f64,
         times: usize,
         linearise: impl Fn(&DVector<f64>, &DMatrix<f64>) -> Result<Option<Linear>>,
     ) -> Result<Option<f64>> {
-        let mut said = false;
-        for component in &mut self.components {
-            if let Some(evidence) = component.gaussian.correct(time_s, times, &linearise)? {
-                component.log_weight += evidence;
-                said = true;
+        let (mut said, mut failed) = (false, None);
+        self.components.retain_mut(|component| match component.gaussian.correct(time_s, times, &linearise) {
+            Ok(evidence) => {
+                said |= evidence.is_some();
+                component.log_weight += evidence.unwrap_or(0.0);
+                true
+            }
+            Err(error) => {
+                failed = Some(error);
+                false
+            }
+        });
+        match failed {
+            Some(error) if self.components.is_empty() => Err(error),
+            None if !said => Ok(None),
+            _ => {
+                let evidence = self.normalise();
+                Ok(said.then_some(evidence))
             }
         }
-        Ok(said.then(|| self.normalise()))
     }
 
     /// Split components along the direction that `bent` gives of a Gaussian, `(D,)` of unit length in the columns that
@@ -318,6 +330,25 @@ mod tests {
         let share: f64 = left.map(|c| c.log_weight.exp()).sum();
         assert!((0.2..0.8).contains(&share), "{share} {:?}", mixture.components());
         assert!(mixture.components().iter().all(|c| (c.gaussian.mean[0].abs() - 1.0).abs() < 0.1));
+    }
+
+    /// Of two places the one beyond a border, where nothing can be seen: the other stays, alone; where none stays is an error.
+    #[test]
+    fn a_component_that_cannot_be_corrected_is_dropped() {
+        let one = |mean| Component { gaussian: gaussian(&[mean], &[1.0]), log_weight: 0.5f64.ln() };
+        let seen = |border: f64| {
+            move |x: &DVector<f64>, _: &DMatrix<f64>| {
+                let of = |v: f64| DMatrix::from_element(1, 1, v);
+                let seen = (DVector::from_element(1, 0.5 - x[0]), of(1.0), of(1.0));
+                if x[0] < border { Ok(Some(seen)) } else { Err(crate::Error::RanAway { time_s: 2.0 }) }
+            }
+        };
+        let mut mixture = Mixture::of(vec![one(0.0), one(9.0)]);
+        assert!(mixture.correct(2.0, 2, seen(5.0)).unwrap().is_some());
+        assert_eq!(mixture.components().len(), 1);
+        close(mixture.components()[0].log_weight, 0.0, 1e-12);
+        close(mixture.components()[0].gaussian.mean[0], 0.25, 1e-12);
+        assert!(matches!(mixture.correct(2.0, 1, seen(-5.0)), Err(crate::Error::RanAway { .. })));
     }
 
     #[test]

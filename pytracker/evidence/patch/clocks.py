@@ -105,8 +105,9 @@ def find_clock(
     """The best clock within `near_s` at the rates that are given, and the best of all that are tried.
 
     Tried are other rates within `near_s`, and at the given rates every time. None where too little is seen, or moves
-    too slowly. `pixels` `(T, 2)` are where the patch was at `frame_s`; `acceleration` `(M, 3)` is the IMU's at `imu_s`,
-    by the video's clock as far as it is known, in an earth frame without gravity.
+    too slowly, or the IMU measured too little of it. `pixels` `(T, 2)` are where the patch was at `frame_s`;
+    `acceleration` `(M, 3)` is the IMU's at `imu_s`, by the video's clock as far as it is known, in an earth frame
+    without gravity.
     """
     way = _way(frame_s, _measured(frame_s, pixels, imu_s))
     if way is None or len(imu_s) < 2:
@@ -120,7 +121,9 @@ def find_clock(
     rates = [STEP * step for step in range(-round(MOST / STEP), round(MOST / STEP) + 1) if step]
     imu_s, acceleration = imu_s[about], acceleration[about]
     others = [clock for rate in rates for clock in _laid(way, imu_s, acceleration, rate, near_s)]
-    best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=none)
+    best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=None)
+    if best is None:
+        return None
     lively = _lively(way.pixels[way.seen > 0])
     given, best = (replace(clock, worth_s=lively * clock.worth_s) for clock in (given, best))
     return given, best
