@@ -27,6 +27,9 @@ SURPRISING = 2.4
 """What was measured once should not differ by more standard deviations of what the data can tell of it; of simulated
 right ones, worn too, none does by 1.6, of captured arms, whose shoulders move, 2 in 38 do by more than 2.1."""
 
+LEAST_MEASURED = 0.7
+"""Where the sensor is missing in more of the frames, what holds the wrist there moves lengths and cameras."""
+
 ABOVE = -0.1
 """No captured arm's elbow hangs less than 0.27 (`pytracker.doubts.swivel`)."""
 
@@ -104,7 +107,9 @@ def _of_setup(track: ArmTrack) -> tuple[str, ...]:
     # What the data tell nothing of cannot surprise: a camera's distance drifts off where an arm reaches slowly.
     told = [found for found in found_by(track) if found.name != "offset_s" and found.is_told]
     surprising = [found for found in told if found.surprise > SURPRISING]
-    if not surprising or len(track.time_s) < LEAST_FRAMES:
+    imu_s = track.recording.imus[0].time_s
+    measured = np.mean((track.time_s >= imu_s[0]) & (track.time_s <= imu_s[-1]))
+    if not surprising or len(track.time_s) < LEAST_FRAMES or measured < LEAST_MEASURED:
         return ()
     surprising.sort(key=lambda found: -found.surprise)
     worst = surprising[0]
