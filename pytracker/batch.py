@@ -24,7 +24,7 @@ from pytracker.recording.recording import Recording
 from pytracker.report.metadata import read_run
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
-from pytracker.scores.agreement import disagreement
+from pytracker.scores.agreement import against_truth
 from pytracker.scores.evaluate import evaluate
 from pytracker.tracking.track import track
 from pytracker.tracking.tracks import Track
@@ -188,7 +188,7 @@ def _one(task: _Task) -> Outcome:
         write_report([result], out / name, force=task.force, page=task.page)
     except (InputError, TrackingError, OSError, MemoryError) as error:
         return _failed(task, str(error) or type(error).__name__)
-    doubts = (*result.doubts, *disagreement(result, recording.truth))
+    doubts = (*result.doubts, *against_truth(result, recording.truth))
     said = (*((result.lost,) if result.lost else ()), *unbelieved(result), *recording.warnings, *doubts)
     failed = bool(result.lost) or is_unusable(result)
     return Outcome(folder, name, len(result.valid), float(result.valid.mean()), _error_m(result), said, failed, run)

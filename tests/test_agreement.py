@@ -15,7 +15,7 @@ from pytracker.methods import ArmMethod
 from pytracker.recording.recording import Truth
 from pytracker.report.tables import TrackFile
 from pytracker.rotation import Array
-from pytracker.scores.agreement import disagreement
+from pytracker.scores.agreement import against_truth, disagreement
 from pytracker.scores.evaluate import held
 from pytracker.simulate.arm import ArmSimulation
 from pytracker.tracking.tracks import JointTrack
@@ -46,7 +46,7 @@ Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
         (lambda t: by(t, QUARTER), "turned by"),
         (lambda t: by(t, Y_UP), "turned by"),
         (lambda t: by(t, np.diag([-1.0, 1.0, 1.0])), "mirrored"),
-        (lambda t: replace(t, time_s=t.time_s + 0.5), "it came -0.50 s later"),
+        (lambda t: replace(t, time_s=t.time_s + 0.5), "it came 0.50 s earlier"),
         (lambda t: replace(t, time_s=2.0 * t.time_s), "0.5 times as far apart"),
         (lambda t: replace(t, time_s=t.time_s / 1.2), "1.2 times as far apart"),
         (lambda t: replace(t, time_s=t.time_s / 0.3), "0.3 times as far apart"),
@@ -60,6 +60,22 @@ def test_a_truth_that_is_described_otherwise_is_told(
     assert len(said) == bool(words)
     assert words in " ".join(said)
     assert disagreement(track, None) == ()
+
+
+@pytest.mark.parametrize(("shift_m", "axis"), [((0.1, 0.0, 0.0), "x"), ((0.0, 0.3, 0.0), "y"), ((0.0, 0.0, -0.2), "z")])
+def test_a_truth_that_is_beside_the_bands_is_told(
+    tracked: tuple[pt.Track, Truth], shift_m: tuple[float, ...], axis: str
+) -> None:
+    """Elsewhere by less than could be a track's own error it was scored without a word; so was another take's."""
+    track, truth = tracked
+    assert against_truth(track, truth) == ()
+    assert against_truth(track, None) == ()
+    moved = replace(truth, joints_m={name: at + shift_m for name, at in truth.joints_m.items()})
+    assert disagreement(track, moved) == ()
+    (said,) = against_truth(track, moved)
+    assert f"along {axis} (over " in said
+    other = ArmSimulation(pt.ArmScene(pattern="reach", duration_s=12.0), 9).recording().truth
+    assert any("of another take" in words for words in against_truth(track, other))
 
 
 def test_a_track_that_hardly_moves_is_not_excused(tracked: tuple[pt.Track, Truth]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import weakref
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +13,9 @@ from conftest import load_body
 
 import pytracker as pt
 from pytracker._core import KEY_JOINTS
+from pytracker.evidence.picture.frozen import HANGS
+from pytracker.evidence.senses import senses_of
+from pytracker.formats.video import frames
 from pytracker.methods import BodyMethod
 from pytracker.tracking import BodyTrack, BodyWatch
 
@@ -66,6 +70,26 @@ def test_a_stream_says_that_a_pose_is_beside_the_person(recording: pt.BodyRecord
     said = streamed(beside, method)
     assert is_said_alike(pt.track(beside, method, 1), said)
     assert all(said[:10])
+
+
+def test_a_picture_that_hangs_is_told_after_a_second(sensed: Path) -> None:
+    """A live camera that gives its last picture again and again: 97 % of its frames were valid."""
+    whole = load_body(sensed)
+    recording = replace(whole, view=replace(whole.view, keypoints=None), imus=(), imu_sds_rad=())
+    method, senses = pt.Partitioned(particles=100), senses_of(recording)
+    assert recording.video is not None
+    shown = list(itertools.islice(frames(recording.video), 20))
+    shown += [replace(shown[-1], index=k, time_s=k / 30.0) for k in range(20, 70)]
+    tracker, watch = pt.Tracker(recording, method, seed=1), BodyWatch(recording, method)
+    said = []
+    for frame in shown:
+        observation = pt.Observation.picture(frame.time_s, senses(frame), frame.index)
+        watch.take(observation)
+        estimate = tracker.observe(observation)
+        assert estimate is not None
+        said.append(watch.reasons(estimate))
+    assert not any(HANGS in words.get("", "") for words in said[:49])
+    assert all(HANGS in words[""] for words in said[51:])
 
 
 def test_a_papers_filter_without_blobs_is_said_to_be_blind(sensed: Path) -> None:

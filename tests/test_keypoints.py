@@ -332,6 +332,23 @@ def test_columns_that_name_joints_come_before_numbered_ones(tmp_path: Path) -> N
     assert left_wrist[:2].tolist() == [100.0, 200.0]
 
 
+@pytest.mark.parametrize("nowhere", ["0", "-1", "nan"])
+def test_what_was_not_found_is_no_place(nowhere: str, tmp_path: Path) -> None:
+    """Minus one was taken for a place beside the picture: valid 5 %, "somebody else"."""
+    path = tmp_path / "k.csv"
+    names = ("nose", "left_ear", "right_ear", "left_wrist", "right_wrist")
+    path.write_text(
+        ",".join(f"{name}_{axis}" for name in names for axis in "xy")
+        + f"\n60,50,{nowhere},{nowhere},70,50,100,200,{nowhere},{nowhere}\n61,51,62,50,72,50,101,201,150,210\n"
+    )
+    found = read_keypoints(path).points[:, 0, :, :2]
+    head, left, right = (KEYPOINTS.index(name) for name in ("head", "left_wrist", "right_wrist"))
+    assert found[:, head].tolist() == [[60.0, 50.0], [67.0, 50.0]]
+    assert found[0, left].tolist() == [100.0, 200.0]
+    assert np.isnan(found[0, right]).all()
+    assert found[1, right].tolist() == [150.0, 210.0]
+
+
 def test_numbered_columns_may_have_a_line_between(tmp_path: Path) -> None:
     axes = ("x", "y", "z", "visibility")
     path = tmp_path / "k.csv"

@@ -15,7 +15,7 @@ from pytracker.report.json_file import plain
 from pytracker.report.labels import HELD
 from pytracker.report.metadata import of_another_run
 from pytracker.report.tables import read_rows, read_track
-from pytracker.scores.agreement import beside_truth, disagreement
+from pytracker.scores.agreement import against_truth, beside_truth
 from pytracker.scores.evaluate import held
 
 __all__ = ["commands"]
@@ -35,7 +35,7 @@ def evaluate(
         warn(of_another_run(file, recording))
     tracks = [read_track(file, recording.camera) for file in files]
     for file, scored in zip(files, tracks, strict=True):
-        odd = (*beside_truth(scored, recording.truth), *disagreement(scored, recording.truth))
+        odd = (*beside_truth(scored, recording.truth), *against_truth(scored, recording.truth))
         warn(tuple(f"{file}: {words}" for words in odd))
     shown = {str(path): track for path, track in zip(results, tracks, strict=True)} | {HELD: held(tracks[0])}
     scores = {name: pt.evaluate(track, recording.truth).as_dict() for name, track in shown.items()}

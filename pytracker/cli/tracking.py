@@ -26,7 +26,7 @@ from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
 from pytracker.report.index import render_index
 from pytracker.report.metadata import read_run
-from pytracker.scores.agreement import disagreement
+from pytracker.scores.agreement import against_truth
 from pytracker.tracking.fits import why_unfit
 from pytracker.tracking.track import default_method
 
@@ -146,7 +146,7 @@ def track(
                 print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
-    warn((*result.doubts, *disagreement(result, recording.truth)))
+    warn((*result.doubts, *against_truth(result, recording.truth)))
     warn(unbelieved(result))
     if recording.truth is not None:
         print_comparison([result], quiet)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pytracker._core import InputError
 from pytracker.recording.recording import Truth
 from pytracker.report.labels import labels
-from pytracker.scores.agreement import disagreement
+from pytracker.scores.agreement import against_truth
 from pytracker.scores.evaluate import Scored, Scores, evaluate, held
 from pytracker.tracking.tracks import Track
 
@@ -57,7 +57,7 @@ def contents_of(tracks: Sequence[Track]) -> Contents:
         labels=labels(tracks),
         scores=[_scores(track, recording.truth) for track in tracks],
         trivial=_scores(held(tracks[0]), recording.truth),
-        doubts=[(*track.doubts, *disagreement(track, recording.truth)) for track in tracks],
+        doubts=[(*track.doubts, *against_truth(track, recording.truth)) for track in tracks],
     )
 
 

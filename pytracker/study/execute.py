@@ -20,7 +20,7 @@ from pytracker.evidence.observations import shared_sightings
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.load import load
 from pytracker.recording.recording import Recording
-from pytracker.scores.agreement import disagreement
+from pytracker.scores.agreement import against_truth
 from pytracker.scores.evaluate import evaluate, held
 from pytracker.simulate import ArmScene, ArmSimulation, simulate_arm, simulate_body
 from pytracker.study.fingerprint import fingerprint
@@ -154,7 +154,7 @@ def _said(run: Run, source: Source, result: Track) -> str:
     recording = source.recording
     if run.recording.folder is None:
         return ""
-    words = (*recording.warnings, *unbelieved(result), *result.doubts, *disagreement(result, recording.truth))
+    words = (*recording.warnings, *unbelieved(result), *result.doubts, *against_truth(result, recording.truth))
     return _line(" | ".join(words).replace(str(source.folder), source.name))
 
 

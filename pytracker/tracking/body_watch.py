@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, Estimate, InputError, Observation
+from pytracker.evidence.picture.frozen import HANGS, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.picture.smaller import place_in_smaller
 from pytracker.evidence.points.followed import followed
@@ -44,7 +45,8 @@ class BodyWatch:
                 print(estimate.time_s, watch.reasons(estimate))
 
     Of a filter these are the reasons of `track`, frame by frame, but for what only later frames tell: that the picture
-    hung, or that the camera moved. What `doubts` asks of a whole recording is not asked.
+    hung (that it hangs is said after a second), or that the camera moved. What `doubts` asks of a whole recording is
+    not asked.
 
     Args:
         recording: what the tracker was set up by.
@@ -59,6 +61,7 @@ class BodyWatch:
         self._asks_blobs = recording.has_picture and is_blob_bound(method)
         self._points = PointsWatch(recording)
         self._pictures: PictureWatch | None = None
+        self._frozen = Frozen()
         self._frames: dict[float, Any] = {}
 
     def take(self, observation: Observation) -> None:
@@ -83,6 +86,8 @@ class BodyWatch:
             if self._pictures is None:
                 self._pictures = PictureWatch(self._recording, evidence.shrunk)
             seen = self._pictures.look(estimate.time_s, means, sds, evidence)
+            self._frozen.look(estimate.time_s, evidence.image)
+            seen = together(seen, {"": HANGS if self._frozen.hangs() else ""})
         words = together(seen, self._points.look(estimate.time_s, means, evidence.keypoints))
         if self._asks_blobs and not words and not np.isfinite(estimate.blobs).any():
             words = {"": NO_BLOB}

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from pytracker.formats.video import Image
 from pytracker.series import runs
 
-__all__ = ["HUNG", "Frozen"]
+__all__ = ["HANGS", "HUNG", "Frozen"]
 
 HUNG = "the picture hung: what follows is elsewhere at once"
+HANGS = "the picture hangs: it has not changed at all for a second"
 LONGER_PX = 128
 """Of the pictures that are compared: noise and blocks are averaged."""
 NOTHING = 0.02
@@ -28,6 +29,8 @@ CODED_ANEW = 2
 """A picture that is coded by itself changes a little, and so may the one after it: so many frames are no end."""
 LEAST_S, LEAST_FRAMES = 0.3, 5
 """A shorter one does no harm."""
+SURE_S = 1.0
+"""So long no camera and no coder gives the very same, of a person."""
 
 
 class Frozen:
@@ -47,6 +50,13 @@ class Frozen:
         self._before = small
         self._time_s.append(time_s)
         self._changes.append(float(changed))
+
+    def hangs(self) -> bool:
+        """Whether the last frame and all for a second before it are the very same."""
+        same = 0
+        while same < len(self._changes) and self._changes[-1 - same] <= NOTHING:
+            same += 1
+        return same >= LEAST_FRAMES and self._time_s[-1] - self._time_s[-1 - same] >= SURE_S
 
     def hung(self) -> NDArray[np.bool_]:
         """Which of the frames `(T,)` show what was before, though it had gone on; not the first of them."""

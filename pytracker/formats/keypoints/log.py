@@ -60,20 +60,21 @@ def are_shares(places: Array) -> bool:
 
 def ours(person: Array, order: Sequence[str]) -> Array:
     """The joints of `KEYPOINTS` `(9, 3)`; a head is the middle of both ears, else the nose."""
+    # What was not found is written as zero, as minus one, or with no confidence.
+    nowhere = np.any([(person[:, :2] == value).all(axis=1) for value in (0, -1)], axis=0)
+    none = ~(person[:, 2] > 0) | nowhere | ~np.isfinite(person).all(axis=1)
+    person = np.where(none[:, None], np.nan, person)
     found = {name: person[k] for k, name in enumerate(order)}
     out = np.full((len(KEYPOINTS), 3), np.nan)
     for k, name in enumerate(KEYPOINTS):
         if name in found:
             out[k] = found[name]
     ears = [found[ear] for ear in ("left_ear", "right_ear") if ear in found]
-    seen = [ear for ear in ears if ear[2] > 0 and np.isfinite(ear).all()]
+    seen = [ear for ear in ears if np.isfinite(ear).all()]
     if len(seen) == 2:
         out[0] = np.mean(seen, axis=0)
     elif "head" not in found and "nose" in found:
         out[0] = found["nose"]
-    # What was not found is written as zero, or with no confidence.
-    none = ~(out[:, 2] > 0) | ((out[:, 0] == 0) & (out[:, 1] == 0)) | ~np.isfinite(out).all(axis=1)
-    out[none] = np.nan
     return out
 
 
