@@ -53,6 +53,12 @@ def of_body(track: BodyTrack) -> tuple[str, ...]:
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:
     """A sentence where the face of the first frame is not as faces usually are, and was made so."""
+    if track.red_is_blue:
+        return (
+            f"{where_of(track.recording)}: the face of the first frame is blue, and would be as faces are with red and "
+            "blue exchanged: was the video written from RGB? No skin is seen in it (ffmpeg -i VIDEO -vf "
+            "colorchannelmixer=rr=0:rb=1:br=1:bb=0 other.mp4 exchanges them)",
+        )
     if track.gains == (1.0, 1.0, 1.0):
         return ()
     blue, green, red = track.gains

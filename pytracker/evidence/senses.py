@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from pytracker.evidence.picture.background import median_of, sampled, without_person
-from pytracker.evidence.picture.complexion import gains_of_face
+from pytracker.evidence.picture.complexion import gains_of_face, red_is_blue
 from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette, check_order
 from pytracker.evidence.picture.smaller import smaller, smaller_frames, times_smaller
 from pytracker.evidence.picture.thresholds import SilhouetteParameters
@@ -23,11 +23,14 @@ __all__ = ["Senses", "senses_of"]
 class Senses:
     """Frame by frame, in the order of the video or not."""
 
-    def __init__(self, recording: BodyRecording, silhouette: Silhouette | None, shrunk: int = 1) -> None:
+    def __init__(
+        self, recording: BodyRecording, silhouette: Silhouette | None, shrunk: int = 1, *, red_is_blue: bool = False
+    ) -> None:
         """Of a recording, whose pictures, if any, `silhouette` reads, made so many times smaller.
 
-        `run_s` adds up the time of that.
+        `run_s` adds up the time of that; `red_is_blue` is what the first face says of the pictures.
         """
+        self.red_is_blue = red_is_blue
         view = recording.view
         self.silhouette = silhouette
         self.shrunk = shrunk
@@ -67,9 +70,11 @@ def senses_of(recording: BodyRecording) -> Senses:
     px_per_m, head = float(camera.px_per_m(joints["root"])[0]), camera.project(joints["head"])[0]
     # Of a median, before the person is taken out: of a head that stands still the hair would be taken for its face.
     gains = gains_of_face(smaller(first, times), background, head, px_per_m)
+    is_exchanged = red_is_blue(smaller(first, times), background, head, px_per_m)
     if view.background is None:
         starts, ends, _ = recording.skeleton.core.pose(np.ascontiguousarray(recording.initial[None]))
         hands = np.stack([recording.skeleton.below(forearm) for forearm in ("lradius", "rradius")])
         bones = np.stack([starts[0], ends[0]], axis=1)
         background = without_person(samples, smaller(first, times), camera, bones, hands)
-    return Senses(recording, Silhouette(background, px_per_m, SilhouetteParameters(gains=gains)), times)
+    silhouette = Silhouette(background, px_per_m, SilhouetteParameters(gains=gains))
+    return Senses(recording, silhouette, times, red_is_blue=is_exchanged)

@@ -83,6 +83,7 @@ class BodyTrack(Track):
         shown: the evidence of a frame about the middle; None without a video.
         gains: of blue, green and red, by which pictures were multiplied to have the face of the first frame as faces
             usually are; all one in usual light.
+        red_is_blue: whether the first frame's face is one with red and blue exchanged.
     """
 
     method: BodyMethod
@@ -103,6 +104,7 @@ class BodyTrack(Track):
     points_exchanged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     shown: Shown | None = None
     gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    red_is_blue: bool = False
 
     @property
     def channels(self) -> Mapping[str, Array]:
@@ -209,7 +211,7 @@ def track_body(
     stage_s = {"background": background_s, "evidence": senses.run_s, "filter": found.filter_s}
     track = _assemble(recording, method, seed, tracker, found, watched, stage_s)
     if senses.silhouette is not None:
-        track = replace(track, gains=senses.silhouette.parameters.gains)
+        track = replace(track, gains=senses.silhouette.parameters.gains, red_is_blue=senses.red_is_blue)
     if found.lost:
         loss = TrackingError(found.lost)
         loss.track = track

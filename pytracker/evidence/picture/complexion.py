@@ -14,7 +14,7 @@ import numpy as np
 from pytracker.formats.video import Image
 from pytracker.rotation import Array
 
-__all__ = ["gains_of_face"]
+__all__ = ["gains_of_face", "red_is_blue"]
 
 FACE_M = 0.08
 """Radius about the end of a skeleton's head, the middle of the face, within which nothing but a face is seen."""
@@ -50,11 +50,7 @@ def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float)
 
     All one where it is as faces usually are, and where what is there cannot be one.
     """
-    if not (np.isfinite(head).all() and (np.abs(head) < 1e6).all()):
-        return NONE
-    looked = [(0.0, 0.0, FACE_M), *((right, down, PART_M) for down in PARTS_M for right in PARTS_M)]
-    found = [_person(image, background, head + px_per_m * np.array(at), px_per_m * m) for *at, m in looked]
-    middle, *parts = [part for part in found if len(part) >= LEAST_PX] or [np.zeros((0, 3), np.uint8)]
+    middle, *parts = _looked(image, background, head, px_per_m)
     if not parts:
         return NONE
     # Hair, walls and most collars are less red than a face in the same light.
@@ -69,6 +65,25 @@ def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float)
         return _three(white)
     is_dim = lighter[0] > 1.0 and _is_usual(_gained(np.rint(seen)[None], lighter))
     return _three(lighter) if is_dim else NONE
+
+
+def red_is_blue(image: Image, background: Image, head: Array, px_per_m: float) -> bool:
+    """Whether the face is one with red and blue exchanged alone: a picture that was written from RGB. As above."""
+    parts = _looked(image, background, head, px_per_m)
+    if any(_is_usual(part) for part in parts):
+        return False
+    bluest = max(parts, key=lambda part: float(np.median(_ycc(part)[:, 2])))
+    return len(bluest) > 0 and _is_usual(bluest[:, ::-1])
+
+
+def _looked(image: Image, background: Image, head: Array, px_per_m: float) -> list[Image]:
+    """The person's pixels about the middle of the head, and of parts beside it; one of none where there are too few."""
+    none = [np.zeros((0, 3), np.uint8)]
+    if not (np.isfinite(head).all() and (np.abs(head) < 1e6).all()):
+        return none
+    looked = [(0.0, 0.0, FACE_M), *((right, down, PART_M) for down in PARTS_M for right in PARTS_M)]
+    found = [_person(image, background, head + px_per_m * np.array(at), px_per_m * m) for *at, m in looked]
+    return [part for part in found if len(part) >= LEAST_PX] or none
 
 
 def _three(gains: Array) -> tuple[float, float, float]:
