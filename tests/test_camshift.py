@@ -103,7 +103,10 @@ def test_a_repeated_frame_is_not_news() -> None:
         ((600, 10, 60, 20), r"patch box \[600, 10, 60, 20\] .* inside the first frame of 640 x 480 px"),
         ((-1, 10, 20, 20), r"patch box \[-1, 10, 20, 20\]"),
         ((10, 10, 0, 20), "expected at least 2 px wide and high"),
-        ((40, 400, 40, 40), "pixels of a colour that its surroundings do not have, expected at least 9"),
+        (
+            (40, 400, 40, 40),
+            "pixels of a colour that its surroundings do not have in the first frame, expected at least 9",
+        ),
     ],
 )
 def test_a_box_without_a_patch_is_refused(box: tuple[int, int, int, int], expected: str) -> None:

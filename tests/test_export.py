@@ -64,6 +64,14 @@ def test_a_body_has_gaps_joint_by_joint_from_the_table_too(tmp_path: Path, body:
     assert np.isfinite(found["right_elbow"][is_right]).all()
 
 
+def test_a_c3d_begins_with_the_frame_that_the_track_does(tmp_path: Path, arm: pt.Track) -> None:
+    """It was told nowhere that a track begins late: 2.5 s early beside its TRC."""
+    ezc3d = pytest.importorskip("ezc3d")
+    export(replace(arm, time_s=arm.time_s - arm.time_s[0] + 2.5), tmp_path / "late.c3d")
+    points = ezc3d.c3d(str(tmp_path / "late.c3d"))["header"]["points"]
+    assert points["first_frame"] == round(2.5 * points["frame_rate"])
+
+
 def test_what_a_file_cannot_hold_is_refused(tmp_path: Path, arm: pt.Track) -> None:
     uneven = replace(arm, time_s=arm.time_s + np.where(np.arange(len(arm.time_s)) > 30, 0.5, 0.0))
     with pytest.raises(pt.InputError, match=r"frame \d+ is at .* write .trc"):

@@ -302,6 +302,18 @@ def test_keypoints_of_every_second_frame_are_told() -> None:
     assert "of every 2. frame (a column frame says which)?" in said
 
 
+def test_keypoints_that_are_missing_within_are_told() -> None:
+    """A third of a folder's files: nothing was said, as it begins and ends with the video."""
+    points, info = np.zeros((120, 1, len(KEYPOINTS), 3)), VideoInfo(320, 240, 120, 60.0)
+    assert uncovered(Path("k"), Keypoints(np.arange(120), points), info) == ()
+    some = np.delete(np.arange(120), np.arange(40, 80))
+    (said,) = uncovered(Path("k"), Keypoints(some, points[some]), info)
+    assert "no keypoints in frames 40 to 79" in said
+    nobody = points.copy()
+    nobody[40:80] = np.nan
+    assert uncovered(Path("k"), Keypoints(np.arange(120), nobody), info) == (said,)
+
+
 def test_arms_that_a_detector_never_saw_are_named() -> None:
     points = np.ones((4, 1, len(KEYPOINTS), 3))
     assert unseen(Path("k.csv"), Keypoints(np.arange(4), points)) == ()

@@ -40,7 +40,10 @@ def trc_text(name: str, time_s: Array, positions_m: Mapping[str, Array]) -> str:
 
 
 def c3d_bytes(path: Path, time_s: Array, positions_m: Mapping[str, Array]) -> bytes:
-    """A C3D in mm, likewise; it holds no times, only a rate (`check_even`). Raises `InputError` without ezc3d."""
+    """A C3D in mm, likewise; it holds no times, only a rate (`check_even`) and the number of its first frame.
+
+    Raises `InputError` without ezc3d.
+    """
     try:
         import ezc3d  # noqa: PLC0415 - an extra, and slow to load
     except ImportError:
@@ -51,6 +54,7 @@ def c3d_bytes(path: Path, time_s: Array, positions_m: Mapping[str, Array]) -> by
     point["RATE"]["value"] = [_rate_hz(time_s)]
     point["UNITS"]["value"] = ["mm"]
     point["LABELS"]["value"] = list(positions_m)
+    made["header"]["points"]["first_frame"] = max(0, round(float(time_s[0]) * _rate_hz(time_s)))
     made["data"]["points"] = np.concatenate([places, np.ones((1, *places.shape[1:]))])
     # It writes files of that suffix only.
     with tempfile.TemporaryDirectory() as scratch:

@@ -90,11 +90,11 @@ class PatchTracker:
             hint = (
                 f"the first frame is dark (mean {mean:.0f} of 255): cut the video to where the patch is seen"
                 if mean < DARK
-                else "choose a box on a patch of a colour of its own"
+                else "choose a box on a patch of a colour of its own, or cut the video to where the patch is seen"
             )
             raise InputError(
                 f"patch box {list(box)} holds {0 if found is None else found.mass:.0f} pixels of a colour that its "
-                f"surroundings do not have, expected at least 9: {hint}"
+                f"surroundings do not have in the first frame, expected at least 9: {hint}"
             )
         self._first = found
         self._size = float(np.sqrt(found.mass))

@@ -36,6 +36,8 @@ OFTEN_SEEN = 0.5
 _ARMS = [KEYPOINTS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("elbow", "wrist")]
 COVERED = 0.9
 """Fewer frames than this share of the video's, and something is missing."""
+LEAST_MISSING, MISSING = 15, 0.1
+"""So many frames, and such a share of the video, may be without any and no word is said."""
 
 
 def load_keypoints(path: Path, model: str, video: Path, info: VideoInfo) -> Keypoints:
@@ -59,10 +61,12 @@ def alone(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]
 
 
 def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:
-    """A word where keypoints end long before their video, or begin long after it."""
+    """A word where keypoints end long before their video, or begin long after it, or are missing for long within."""
     first, last, rows = int(keypoints.frames[0]), int(keypoints.frames[-1]), len(keypoints.frames)
-    if not info.frame_count or last - first + 1 >= COVERED * info.frame_count:
+    if not info.frame_count:
         return ()
+    if last - first + 1 >= COVERED * info.frame_count:
+        return _missing_within(path, keypoints, info)
     every = round(info.frame_count / rows)
     skips = every > 1 and last - first + 1 == rows and abs(info.frame_count - every * rows) <= every
     why = f"of every {every}. frame (a column frame says which)" if skips else "another clip's, or cut short"
@@ -70,6 +74,15 @@ def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, .
         f"{path}: the keypoints are of frames {first} to {last}, and the video has {info.frame_count}; the others are "
         f"tracked without: {why}?",
     )
+
+
+def _missing_within(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:
+    there = keypoints.frames[np.isfinite(keypoints.points[..., 0]).any(axis=(1, 2))]
+    steps = np.diff(there)
+    if not len(steps) or steps.max() <= max(LEAST_MISSING, MISSING * info.frame_count):
+        return ()
+    k = int(steps.argmax())
+    return (f"{path}: has no keypoints in frames {there[k] + 1} to {there[k + 1] - 1}: these are tracked without",)
 
 
 def arms_are_seen(keypoints: Keypoints) -> bool:
