@@ -19,7 +19,7 @@ from pytracker.evidence import sightings_of
 from pytracker.evidence.observations import AT_ONCE
 from pytracker.methods.arm import METHODS, ArmMethod
 from pytracker.simulate import ArmSimulation
-from pytracker.tracking import resample
+from pytracker.tracking import default_method, resample
 
 ALL: list[ArmMethod] = [
     pt.Inertial(),
@@ -406,3 +406,11 @@ def test_a_sample_comes_before_the_frame_of_its_time() -> None:
     assert [o.index for o in found if not o.is_frame] == list(range(len(times)))
     before = [found[k - 1] for k, o in enumerate(found) if o.is_frame]
     assert [(o.is_frame, o.time_s) for o in before] == [(False, time_s) for time_s in frame_times]
+
+
+def test_without_a_method_the_best_is_taken(simulation: ArmSimulation, sightings: pt.Sightings) -> None:
+    recording = simulation.recording()
+    track = pt.track(recording, sightings=sightings)
+    same = pt.track(recording, default_method(recording), sightings=sightings)
+    assert isinstance(track.method, pt.Smooth)
+    assert np.array_equal(track.joints["wrist"].mean, same.joints["wrist"].mean, equal_nan=True)

@@ -52,7 +52,7 @@ def _(recording: BodyRecording) -> Method:
 @overload
 def track(
     recording: ArmRecording,
-    method: ArmMethod,
+    method: ArmMethod | None = None,
     seed: int = 0,
     *,
     sightings: Sightings | None = None,
@@ -64,7 +64,7 @@ def track(
 @overload
 def track(
     recording: BodyRecording,
-    method: BodyMethod,
+    method: BodyMethod | None = None,
     seed: int = 0,
     *,
     progress: Progress | None = None,
@@ -75,7 +75,7 @@ def track(
 @overload
 def track(
     recording: Recording,
-    method: Method,
+    method: Method | None = None,
     seed: int = 0,
     *,
     sightings: Sightings | None = None,
@@ -86,14 +86,14 @@ def track(
 
 def track(
     recording: Recording,
-    method: Method,
+    method: Method | None = None,
     seed: int = 0,
     *,
     sightings: Sightings | None = None,
     progress: Progress | None = None,
     threads: int | None = None,
 ) -> ArmTrack | BodyTrack:
-    """Track `recording` by `method`.
+    """Track `recording` by `method`; without one by the best (`default_method`).
 
     `sightings` (arm) are patch centres found before or elsewhere; without them the videos are searched. `threads`
     limits how many work on the particles and does not change the result.
@@ -102,6 +102,7 @@ def track(
     frame, when the track is lost beyond recovery; its `track` attribute then holds the frames before, where there are
     any.
     """
+    method = default_method(recording) if method is None else method
     check_fits(recording, method)
     if not isinstance(seed, int) or not 0 <= seed < 2**64:
         raise InputError(f"seed is {seed!r}, expected a whole number, 0 or larger and below 2^64")
