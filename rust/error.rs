@@ -97,7 +97,7 @@ pub enum Error {
     },
     /// A time that is no time of this stream.
     #[error(
-        "{what} at {time_s} s comes {most_s} s or more after the last at {latest_s} s, expected of the same clock, in seconds"
+        "{what} at {time_s} s comes more than {most_s} s after the last at {latest_s} s, expected of the same clock, in seconds; what is that far ahead is taken once another is too, if it is by less than a day"
     )]
     Ahead {
         /// What it is.

@@ -23,6 +23,8 @@ const MOST_DELAY_S: f64 = 3600.0;
 
 /// A time that is a day ahead of all before is none, s: what comes after it would be late for ever.
 const MOST_AHEAD_S: f64 = 86_400.0;
+/// In a stream whose observations come out of order one that is farther ahead waits for another that says the same.
+const LEAP_S: f64 = 10.0;
 
 /// Who is followed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -66,6 +68,9 @@ pub struct Tracker {
     newest_s: f64,
     last_frame_s: Option<f64>,
     lost_at_s: Option<f64>,
+    /// Time of the last observation, refused, that was far ahead, s.
+    #[serde(skip)]
+    leapt_s: Option<f64>,
     /// Observations that an earlier one may still come before, in order of time.
     #[serde(skip)]
     waiting: Vec<Observation>,
@@ -91,7 +96,8 @@ impl Tracker {
     pub fn new(subject: Subject) -> Self {
         let (waiting, ready) = (Vec::new(), VecDeque::new());
         let (delay_s, newest_s) = (0.0, f64::NEG_INFINITY);
-        Self { subject, upper_arm: None, delay_s, newest_s, last_frame_s: None, lost_at_s: None, waiting, ready }
+        let (last_frame_s, lost_at_s, leapt_s) = (None, None, None);
+        Self { subject, upper_arm: None, delay_s, newest_s, last_frame_s, lost_at_s, leapt_s, waiting, ready }
     }
 
     /// The same, of an arm with this upper arm: orientations of another's are refused.
@@ -162,9 +168,13 @@ impl Tracker {
         let time_s = observation.time_s;
         self.subject.check(time_s, &observation.what).map_err(|error| numbered(error, &observation))?;
         let latest_s = self.newest_s;
-        if latest_s.is_finite() && time_s > latest_s + MOST_AHEAD_S {
-            let error = Error::Ahead { what: observation.what.name(), time_s, latest_s, most_s: MOST_AHEAD_S };
-            return Err(numbered(error, &observation));
+        if latest_s.is_finite() && time_s > latest_s + self.most_ahead_s(time_s) {
+            let most_s = self.most_ahead_s(time_s);
+            self.leapt_s = Some(time_s);
+            return Err(numbered(
+                Error::Ahead { what: observation.what.name(), time_s, latest_s, most_s },
+                &observation,
+            ));
         }
         if self.delay_s == 0.0 {
             return self.take(&observation, recorder);
@@ -191,6 +201,12 @@ impl Tracker {
         self.waiting.insert(at, observation);
         self.release(self.newest_s - self.delay_s, recorder)?;
         Ok(self.ready.pop_front())
+    }
+
+    /// How far ahead of all others an observation may be: one wrong time must not make all that follow come too late.
+    fn most_ahead_s(&self, time_s: f64) -> f64 {
+        let is_alone = self.leapt_s.is_none_or(|leapt_s| (time_s - leapt_s).abs() > LEAP_S);
+        if self.delay_s > 0.0 && is_alone { LEAP_S } else { MOST_AHEAD_S }
     }
 
     /// Wait no longer: estimates of all frames that are left.
