@@ -21,7 +21,7 @@ from pytracker.outcomes import Outcome, check_index, read_outcomes, run_of, tabl
 from pytracker.output import MADE_HERE, check_target, write_whole
 from pytracker.recording.load import load
 from pytracker.recording.recording import Recording
-from pytracker.report.metadata import read_run
+from pytracker.report.files.metadata import read_run
 from pytracker.report.page import filled
 from pytracker.report.write import write_report
 from pytracker.scores.agreement import against_truth

@@ -34,7 +34,7 @@ from pytracker.inertial.orientation import orient
 from pytracker.recording.keypoints.spreads import with_spreads
 from pytracker.recording.projection import fit_weak_perspective
 from pytracker.recording.schema import read_recording_file
-from pytracker.report.tables import read_track
+from pytracker.report.files.tables import read_track
 from pytracker.setup.conventions import find_conventions
 from pytracker.tracking import resample
 

@@ -13,7 +13,7 @@ from test_cli import run
 import pytracker as pt
 from pytracker.methods import ArmMethod
 from pytracker.recording.recording import Truth
-from pytracker.report.tables import TrackFile
+from pytracker.report.files.tables import TrackFile
 from pytracker.rotation import Array
 from pytracker.scores.agreement import against_truth, disagreement
 from pytracker.scores.evaluate import held

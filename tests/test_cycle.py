@@ -12,7 +12,7 @@ from test_cli import run
 import pytracker as pt
 from pytracker.methods.arm import ArmMethod
 from pytracker.methods.body import BodyParticleMethod
-from pytracker.report.cycle_figures import one_cycle, snapshots
+from pytracker.report.cycles.figures import one_cycle, snapshots
 from pytracker.simulate import ArmSimulation
 
 Simulated = tuple[pt.ArmRecording, pt.Sightings]

@@ -15,7 +15,7 @@ from pytracker.formats.c3d import read_c3d
 from pytracker.formats.markers import Markers
 from pytracker.formats.trc import read_trc
 from pytracker.report import export
-from pytracker.report.tables import read_rows
+from pytracker.report.files.tables import read_rows
 from pytracker.simulate import ArmSimulation
 from pytracker.tracking import BodyTrack
 

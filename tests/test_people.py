@@ -18,7 +18,7 @@ from pytracker.evidence.picture.silhouette import Silhouette
 from pytracker.evidence.pose.borne_out import BorneOut
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.formats.video import frames
-from pytracker.report.body_overlay import UNSURE, draw_body
+from pytracker.report.body.overlay import UNSURE, draw_body
 from pytracker.rotation import Array
 from pytracker.setup import Checkup, check, init
 from pytracker.tracking import BodyTrack

@@ -60,8 +60,8 @@ def test_libraries_stay_in_their_rooms() -> None:
         "simulate/",
         "setup/calibrate",
         "report/overlay",
-        "report/arm_overlay",
-        "report/body_overlay",
+        "report/arm/overlay",
+        "report/body/overlay",
     )
     assert all(path.startswith(allowed) for path in files_that_import("cv2"))
     assert all(path.startswith("report/") for path in files_that_import("matplotlib"))

@@ -17,12 +17,12 @@ from conftest import load_arm
 import pytracker as pt
 from pytracker.evidence import sightings_of
 from pytracker.formats.video import frames
-from pytracker.report.arm_page import render_arm_page
-from pytracker.report.body_page import render_body_page
+from pytracker.report.arm.page import render_arm_page
+from pytracker.report.body.page import render_body_page
 from pytracker.report.contents import contents_of
+from pytracker.report.files.metadata import write_metadata
+from pytracker.report.files.tables import read_track
 from pytracker.report.labels import HELD, labels
-from pytracker.report.metadata import write_metadata
-from pytracker.report.tables import read_track
 from pytracker.tracking import ArmTrack
 
 if TYPE_CHECKING:

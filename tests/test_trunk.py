@@ -16,7 +16,7 @@ from pytracker.evidence.pose.trunk import TrunkSeen, distance_changes
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.formats.video import Image
 from pytracker.recording import BodyRecording, BodyView
-from pytracker.report.body_figures import depth_axis
+from pytracker.report.body.figures import depth_axis
 from pytracker.rotation import Array, triple
 from pytracker.scores.evaluate import held
 from pytracker.setup import check, init

@@ -22,7 +22,7 @@ from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth.points import POINT_FORMATS, load_points
-from pytracker.report.tables import TrackFile
+from pytracker.report.files.tables import TrackFile
 from pytracker.rotation import Array, Matrix
 from pytracker.scores.evaluate import held
 from pytracker.tracking.tracks import JointTrack

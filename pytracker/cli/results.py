@@ -10,11 +10,11 @@ import typer
 
 import pytracker as pt
 from pytracker.cli.options import Folder, Force, check_new, say, warn
-from pytracker.report.export import export as export_track
-from pytracker.report.json_file import plain
+from pytracker.report.files.export import export as export_track
+from pytracker.report.files.json_file import plain
+from pytracker.report.files.metadata import of_another_run
+from pytracker.report.files.tables import read_rows, read_track
 from pytracker.report.labels import HELD
-from pytracker.report.metadata import of_another_run
-from pytracker.report.tables import read_rows, read_track
 from pytracker.scores.agreement import against_truth, beside_truth
 from pytracker.scores.evaluate import held
 

@@ -24,8 +24,8 @@ from pytracker.methods.method import Method
 from pytracker.outcomes import EARLIER, Outcome
 from pytracker.output import check_target, whole_folder, write_whole
 from pytracker.report.contents import contents_of
+from pytracker.report.files.metadata import read_run
 from pytracker.report.index import render_index
-from pytracker.report.metadata import read_run
 from pytracker.scores.agreement import against_truth
 from pytracker.tracking.fits import why_unfit
 from pytracker.tracking.track import default_method
@@ -248,7 +248,7 @@ def inspect(
     warn(recording.warnings)
     with frames_bar(quiet) as progress:
         cycle = pt.record_cycle(recording, chosen, seed, frame=number, progress=progress)
-    from pytracker.report.cycle_figures import one_cycle  # noqa: PLC0415 - Matplotlib is slow
+    from pytracker.report.cycles.figures import one_cycle  # noqa: PLC0415 - Matplotlib is slow
 
     write_whole(out, one_cycle(cycle), force=force)
     say(f"wrote {out}", quiet)

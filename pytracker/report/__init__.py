@@ -8,12 +8,19 @@
 | `overlay.webm` | the video with what was tracked drawn over it |
 | `index.html` | one page that a clinician can print |
 
-`export` writes a track's joints for other programs.
+| file | what |
+|---|---|
+| `write` | all of it, whole or not at all; `files` what other programs read, `export` among them |
+| `page`, `kinds` | `index.html`, and what it is made by, kind of recording by kind: `arm`, `body` |
+| `contents`, `labels`, `stretches` | tracks with scores and doubts; what they are called; frames that are not valid |
+| `drawing`, `overlay` | what all figures, and all videos, share |
+| `cycles` | clouds of particles |
+| `index`, `study`, `check_page`, `board` | other pages: of the demo, of a study, of a check, a board to print |
 """
 
 from __future__ import annotations
 
-from pytracker.report.export import export
+from pytracker.report.files.export import export
 from pytracker.report.write import write_report
 
 __all__ = ["export", "write_report"]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from pytracker.evidence.grid import draw_grid, png_of
 from pytracker.formats.video import Image, frames
-from pytracker.report.body_overlay import draw_body
+from pytracker.report.body.overlay import draw_body
 from pytracker.report.drawing import COLOURS, STYLE, legend_above, svg
 from pytracker.report.page import PageFigure, embedded, filled
 from pytracker.setup.check import Checkup

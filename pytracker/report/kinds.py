@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from pytracker.formats.video import Image
-from pytracker.report.arm_overlay import draw_arm, write_arm_overlay
-from pytracker.report.arm_page import render_arm_page
-from pytracker.report.body_overlay import draw_body, write_body_overlay
-from pytracker.report.body_page import render_body_page
+from pytracker.report.arm.overlay import draw_arm, write_arm_overlay
+from pytracker.report.arm.page import render_arm_page
+from pytracker.report.body.overlay import draw_body, write_body_overlay
+from pytracker.report.body.page import render_body_page
 
 __all__ = ["PAGES", "Page"]
 

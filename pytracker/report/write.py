@@ -11,9 +11,9 @@ from threading import Event
 from pytracker.evidence.sightings import Progress
 from pytracker.output import whole_folder
 from pytracker.report.contents import Contents, contents_of
+from pytracker.report.files.metadata import write_metadata
+from pytracker.report.files.tables import write_motion, write_scores, write_track
 from pytracker.report.labels import HELD
-from pytracker.report.metadata import write_metadata
-from pytracker.report.tables import write_motion, write_scores, write_track
 from pytracker.tracking.tracks import Track
 
 __all__ = ["write_report"]

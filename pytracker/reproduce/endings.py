@@ -11,7 +11,7 @@ from pytracker.methods.arm import ArmMethod
 from pytracker.methods.body import BodyMethod
 from pytracker.methods.method import Method
 from pytracker.recording.recording import ArmRecording, BodyRecording, Recording
-from pytracker.report.study_page import Section, Table
+from pytracker.report.study.page import Section, Table
 from pytracker.study import StudyTable
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.body import BodyTrack

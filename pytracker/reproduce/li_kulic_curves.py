@@ -7,8 +7,8 @@ import numpy as np
 from pytracker._core import KEY_JOINTS
 from pytracker.methods.body import BodyMethod
 from pytracker.report.page import embedded
-from pytracker.report.study_figures import curve, joint_intervals
-from pytracker.report.study_page import Section, Table
+from pytracker.report.study.figures import curve, joint_intervals
+from pytracker.report.study.page import Section, Table
 from pytracker.reproduce import printed
 from pytracker.reproduce.li_kulic import ALPHAS, COUNTS, PAPER, RUNS, SHIPPED, with_alpha, with_particles
 from pytracker.reproduce.words import averaged, cm, comparison, plain_number

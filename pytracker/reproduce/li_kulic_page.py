@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pytracker.recording.load import load
 from pytracker.recording.recording import BodyRecording
-from pytracker.report.study_page import Section, render_study_page
+from pytracker.report.study.page import Section, render_study_page
 from pytracker.reproduce import printed
 from pytracker.reproduce.endings import endings, tracked
 from pytracker.reproduce.li_kulic import ALPHAS, METHODS, PAPER, RUNS, with_alpha

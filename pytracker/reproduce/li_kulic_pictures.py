@@ -12,12 +12,12 @@ from pytracker.evidence.picture.smaller import smaller
 from pytracker.evidence.senses import senses_of
 from pytracker.formats.video import frames
 from pytracker.recording.recording import BodyRecording
-from pytracker.report import body_figures
-from pytracker.report.body_evidence import evidence_pictures, side_by_side
-from pytracker.report.body_overlay import draw_body
+from pytracker.report.body import figures as body_figures
+from pytracker.report.body.evidence import evidence_pictures, side_by_side
+from pytracker.report.body.overlay import draw_body
 from pytracker.report.page import embedded
-from pytracker.report.study_figures import errors_of_runs, sheet
-from pytracker.report.study_page import Section, Table
+from pytracker.report.study.figures import errors_of_runs, sheet
+from pytracker.report.study.page import Section, Table
 from pytracker.reproduce import printed
 from pytracker.scores.evaluate import average_error
 from pytracker.tracking.body import BodyTrack

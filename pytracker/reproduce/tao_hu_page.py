@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytracker.report.study_page import Section, render_study_page
+from pytracker.report.study.page import Section, render_study_page
 from pytracker.reproduce.endings import endings
 from pytracker.reproduce.tao_hu import METHODS, PATTERNS, PIXEL_SD, VIDEO
 from pytracker.reproduce.tao_hu_pictures import clouds, from_video, over_time, within_80_frames

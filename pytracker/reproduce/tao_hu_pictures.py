@@ -7,12 +7,12 @@ import numpy as np
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.video import frames
 from pytracker.recording.recording import ArmRecording
-from pytracker.report import arm_figures
-from pytracker.report.arm_overlay import draw_arm
-from pytracker.report.cycle_figures import one_cycle, snapshots
+from pytracker.report.arm import figures as arm_figures
+from pytracker.report.arm.overlay import draw_arm
+from pytracker.report.cycles.figures import one_cycle, snapshots
 from pytracker.report.page import embedded
-from pytracker.report.study_figures import sheet
-from pytracker.report.study_page import Section, Table
+from pytracker.report.study.figures import sheet
+from pytracker.report.study.page import Section, Table
 from pytracker.reproduce import printed
 from pytracker.reproduce.endings import tracked
 from pytracker.reproduce.tao_hu import METHODS, PATTERNS, PIXEL_SD, VIDEO, scene

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pytracker.report.study_page import Section, Table
+from pytracker.report.study.page import Section, Table
 from pytracker.reproduce import printed
 from pytracker.reproduce.tao_hu import METHODS, PATTERNS
 from pytracker.reproduce.words import averaged, cm, comparison, share

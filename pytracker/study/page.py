@@ -9,7 +9,7 @@ import numpy as np
 
 from pytracker.methods.method import Method
 from pytracker.report.labels import HELD, label
-from pytracker.report.study_page import Section, Table, render_study_page
+from pytracker.report.study.page import Section, Table, render_study_page
 from pytracker.study.plan import Study
 from pytracker.study.store import StudyTable
 

@@ -19,7 +19,7 @@ from pytracker.methods.method import Method
 from pytracker.methods.registry import method_of_class
 from pytracker.recording.recording import Recording
 from pytracker.report.contents import Contents
-from pytracker.report.json_file import write_json
+from pytracker.report.files.json_file import write_json
 from pytracker.tracking.found import found_by
 
 __all__ = ["of_another_run", "read_run", "write_metadata"]

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytracker._core import KEY_JOINTS
-from pytracker.report import body_figures as figures
-from pytracker.report.body_evidence import evidence_pictures
+from pytracker.report.body import figures
+from pytracker.report.body.evidence import evidence_pictures
 from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
 from pytracker.report.page import PageFigure, embedded, not_believed, of_frames, render

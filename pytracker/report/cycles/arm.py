@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pytracker.recording.recording import ArmRecording
-from pytracker.report.cycle_drawing import CycleDrawing, Section, show
+from pytracker.report.cycles.drawing import CycleDrawing, Section, show
 from pytracker.report.drawing import COLOURS
 from pytracker.rotation import Array
 from pytracker.tracking.cycle import Cycle

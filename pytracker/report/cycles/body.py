@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from matplotlib.axes import Axes
 
-from pytracker.report.cycle_drawing import ESTIMATE, CycleDrawing, Section, show
+from pytracker.report.cycles.drawing import ESTIMATE, CycleDrawing, Section, show
 from pytracker.report.drawing import COLOURS, TRUTH
 from pytracker.tracking.cycle import Cycle
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pytracker.methods.arm import Mixture
-from pytracker.report import arm_figures as figures
+from pytracker.report.arm import figures
 from pytracker.report.contents import Contents
 from pytracker.report.drawing import sample_size
 from pytracker.report.page import PageFigure, embedded, not_believed, of_frames, render

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pytracker._core import InputError
 from pytracker.formats.markers_write import c3d_bytes, check_even, trc_text
 from pytracker.output import whole_file, write_whole
-from pytracker.report.tables import TrackRows
+from pytracker.report.files.tables import TrackRows
 from pytracker.rotation import Array
 from pytracker.tracking.tracks import JointTrack, Track
 

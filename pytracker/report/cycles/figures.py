@@ -13,9 +13,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pytracker.report.cycle_arm import FLAT, ArmDrawing
-from pytracker.report.cycle_body import BodyDrawing
-from pytracker.report.cycle_drawing import CycleDrawing, show
+from pytracker.report.cycles.arm import FLAT, ArmDrawing
+from pytracker.report.cycles.body import BodyDrawing
+from pytracker.report.cycles.drawing import CycleDrawing, show
 from pytracker.report.drawing import STYLE, svg
 from pytracker.rotation import Array
 from pytracker.tracking.cycle import Cloud, Cycle

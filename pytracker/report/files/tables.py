@@ -15,7 +15,7 @@ from pytracker.formats.amc import write_amc
 from pytracker.formats.asf_write import write_asf
 from pytracker.formats.text import parse_table, read_lines
 from pytracker.recording.camera import Camera, WeakPerspective
-from pytracker.report.json_file import write_json
+from pytracker.report.files.json_file import write_json
 from pytracker.rotation import Array
 from pytracker.scores.evaluate import Scores
 from pytracker.tracking.body import BodyTrack

@@ -1,0 +1,1 @@
+"""An arm's report: its `page`, `figures` and `overlay`."""

@@ -1,0 +1,1 @@
+"""A body's report: its `page`, `figures`, `overlay`, and pictures of its `evidence`."""

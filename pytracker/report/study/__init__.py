@@ -1,0 +1,1 @@
+"""Many runs: the `page` of a study and its `figures`."""
