@@ -11,7 +11,7 @@ import pytest
 import pytracker as pt
 from pytracker.evidence.patch.candidates import LEAST_AREA_PX, MOST_AREA_SHARE, _largest, find_candidates
 from pytracker.formats.video_write import VideoWriter
-from pytracker.setup.check_camera import check_patch
+from pytracker.setup.checks.camera import check_patch
 from pytracker.setup.draft import Draft
 
 BLUE, GREEN = (200, 60, 20), (70, 175, 40)

@@ -17,7 +17,7 @@ from pytracker._core import KEYPOINTS
 from pytracker.doubts.doubts import doubts
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.recording import WeakPerspective
-from pytracker.setup.first_pose import first_pose
+from pytracker.setup.poses.keypoints import first_pose
 
 OTHERS = {"left": "right", "right": "left"}
 EXCHANGED = [KEYPOINTS.index("_".join(OTHERS.get(word, word) for word in name.split("_"))) for name in KEYPOINTS]

@@ -17,7 +17,7 @@ from pytracker.recording.camera import Camera
 from pytracker.rotation import Array
 from pytracker.setup import check
 from pytracker.setup.draft import Draft
-from pytracker.setup.first_outline import Outlined, first_outline
+from pytracker.setup.poses.outline import Outlined, first_outline
 from pytracker.skeleton import average_skeleton
 
 ARMS = ("left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist")

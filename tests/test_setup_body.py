@@ -17,10 +17,10 @@ from pytracker.recording.camera import WeakPerspective
 from pytracker.recording.found_pose import fingerprint, is_as_found, is_stale, lines_of
 from pytracker.recording.keypoints.load import load_keypoints
 from pytracker.setup import check, init
-from pytracker.setup.check_camera import check_video
+from pytracker.setup.checks.camera import check_video
 from pytracker.setup.draft import Draft
-from pytracker.setup.first_person import first_person, first_row
-from pytracker.setup.first_pose import first_pose
+from pytracker.setup.poses.keypoints import first_pose
+from pytracker.setup.poses.person import first_person, first_row
 from pytracker.skeleton import KEY_JOINTS
 
 PEOPLE = Path(__file__).parents[2] / "shared"

@@ -16,7 +16,7 @@ from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.conventions import AccUnit, Conventions, GyrUnit, in_our_terms
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.rotation import rotate
-from pytracker.setup.check_worn import given_axis
+from pytracker.setup.checks.worn import given_axis
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.worn import mount_of
 

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import pytracker as pt
 from pytracker.cli.entry import app
-from pytracker.setup.check_worn import given_axis
+from pytracker.setup.checks.worn import given_axis
 from pytracker.setup.draft import Draft
 
 SHARED = Path(__file__).parents[2] / "shared" / "recordings" / "arm-circle"

@@ -20,7 +20,7 @@ from pytracker.report.body.figures import depth_axis
 from pytracker.rotation import Array, triple
 from pytracker.scores.evaluate import held
 from pytracker.setup import check, init
-from pytracker.setup.first_pose import first_pose
+from pytracker.setup.poses.keypoints import first_pose
 from pytracker.skeleton.average import average_skeleton
 from pytracker.tracking import default_method
 

@@ -16,9 +16,9 @@ from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.truth.names import markers_of
 from pytracker.recording.upright import to_up
 from pytracker.setup import init
-from pytracker.setup.check_camera import check_up
+from pytracker.setup.checks.camera import check_up
 from pytracker.setup.draft import Draft
-from pytracker.setup.truth_entry import truth_lines
+from pytracker.setup.entries.truth import truth_lines
 from pytracker.setup.upright import AS_TRC, axis_up, words_of
 
 LEVEL = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

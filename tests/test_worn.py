@@ -12,7 +12,7 @@ from captured_arm import CapturedArm, captured
 
 import pytracker as pt
 from pytracker.rotation import triple
-from pytracker.setup.check_worn import check_worn
+from pytracker.setup.checks.worn import check_worn
 from pytracker.setup.worn import Worn, lags_of, weighed
 from pytracker.simulate.arm import ArmSimulation
 

@@ -17,9 +17,9 @@ from pytracker.recording.camera import Camera
 from pytracker.recording.truth.points import UP
 from pytracker.recording.upright import to_up
 from pytracker.rotation import Array
-from pytracker.setup.known import known_of
-from pytracker.setup.subject_entry import SUBJECTS, SubjectEntry, check_command, value
-from pytracker.setup.truth_entry import truth_lines
+from pytracker.setup.entries.known import known_of
+from pytracker.setup.entries.subject import SUBJECTS, SubjectEntry, check_command, value
+from pytracker.setup.entries.truth import truth_lines
 from pytracker.setup.upright import AS_TRC, axis_up, words_of
 
 __all__ = ["init"]

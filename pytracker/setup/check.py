@@ -28,12 +28,12 @@ from pytracker.recording.load import load
 from pytracker.recording.recording import Arm, ArmRecording, Imu, View
 from pytracker.recording.schema import SCHEMA
 from pytracker.rotation import Array, rotate, triple
-from pytracker.setup.check_body import check_body
-from pytracker.setup.check_camera import camera_of, check_patch, check_pose, check_up, check_video, follow
-from pytracker.setup.check_imu import check_imu, check_others
-from pytracker.setup.check_worn import check_clock, check_worn, given_axis
+from pytracker.setup.checks.body import check_body
+from pytracker.setup.checks.camera import camera_of, check_patch, check_pose, check_up, check_video, follow
+from pytracker.setup.checks.findings import Finding, Verdict
+from pytracker.setup.checks.imu import check_imu, check_others
+from pytracker.setup.checks.worn import check_clock, check_worn, given_axis
 from pytracker.setup.draft import Draft
-from pytracker.setup.findings import Finding, Verdict
 from pytracker.setup.worn import Worn
 from pytracker.tracking.found import CLOCK, Found, found_by
 from pytracker.tracking.track import default_method, track

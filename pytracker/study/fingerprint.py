@@ -15,7 +15,7 @@ from pytracker.formats.video import OPENCV
 
 __all__ = ["fingerprint"]
 
-NO_NUMBERS = ("report", "reproduce", "cli", "__main__.py")
+NO_NUMBERS = ("report", "reproduce", "cli", "live", "__main__.py")
 """Parts of the package that change no result."""
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
-from pytracker.setup.pose_fit import (
+from pytracker.setup.poses.fit import (
     CHANNELS,
     HIPS_M,
     SDS,

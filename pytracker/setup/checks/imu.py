@@ -15,9 +15,9 @@ from pytracker.inertial.conventions import Conventions, in_our_terms
 from pytracker.inertial.log import ImuLog
 from pytracker.inertial.orientation import orient
 from pytracker.recording.schema import ImuEntry
+from pytracker.setup.checks.findings import Finding
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
-from pytracker.setup.findings import Finding
 
 __all__ = ["check_imu", "check_others"]
 

@@ -15,13 +15,13 @@ from pytracker.recording.body_view import view_of
 from pytracker.recording.found_pose import fingerprint, is_as_found, is_stale, lines_of
 from pytracker.recording.recording import BodyView
 from pytracker.recording.schema import BodyCameraEntry, SkeletonEntry
+from pytracker.setup.checks.findings import Finding
 from pytracker.setup.draft import Draft
-from pytracker.setup.findings import Finding
-from pytracker.setup.first_outline import first_outline
-from pytracker.setup.first_person import first_person, first_row
-from pytracker.setup.first_pose import first_pose
-from pytracker.setup.pose_fit import FoundPose
-from pytracker.setup.subject_entry import LEVEL
+from pytracker.setup.entries.subject import LEVEL
+from pytracker.setup.poses.fit import FoundPose
+from pytracker.setup.poses.keypoints import first_pose
+from pytracker.setup.poses.outline import first_outline
+from pytracker.setup.poses.person import first_person, first_row
 from pytracker.skeleton.skeleton import Skeleton
 
 __all__ = ["check_body"]

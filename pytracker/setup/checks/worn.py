@@ -11,7 +11,7 @@ from pytracker.evidence.patch.lag import Lag
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
-from pytracker.setup.findings import Finding
+from pytracker.setup.checks.findings import Finding
 from pytracker.setup.worn import (
     CLEAR,
     GIVEN_STAYS,

@@ -21,8 +21,8 @@ from pytracker.recording.camera import Camera
 from pytracker.recording.keypoints.load import load_keypoints
 from pytracker.recording.truth.points import UP
 from pytracker.rotation import Array
+from pytracker.setup.checks.findings import Finding
 from pytracker.setup.draft import Draft
-from pytracker.setup.findings import Finding
 from pytracker.setup.upright import axis_up
 
 __all__ = ["camera_of", "check_patch", "check_pose", "check_up", "check_video", "follow"]

@@ -19,7 +19,7 @@ from pytracker.evidence.pose.borne_out import CROWN_M
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
-from pytracker.setup.pose_fit import (
+from pytracker.setup.poses.fit import (
     ARM,
     CHANNELS,
     HIPS_M,

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.rotation import Array
-from pytracker.setup.first_pose import LEAST_SEEN
+from pytracker.setup.poses.keypoints import LEAST_SEEN
 
 __all__ = ["first_person", "first_row"]
 
