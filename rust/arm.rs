@@ -12,7 +12,7 @@
 //! | [`process`] | not in the paper: what wanders slowly |
 //! | [`posed`] | eqs (1), (2): where a state puts the arm, with slopes |
 //! | [`cues`] | eqs (7), (9), (11), (15), (16): what a frame says of it, one file a cue |
-//! | [`stillness`] | not in the paper: rest, told from the IMU; `still`: from what comes before and after, and the picture |
+//! | [`stillness`] | not in the paper: rest, told from the IMU |
 //! | [`pause`] | not in the paper: where the arm may be after nothing was heard and seen |
 //! | [`incoming`] | not in the paper: a stream without its patch, or whose IMU contradicts itself |
 //! | [`alike`] | not in the paper: whether patch and sensor move alike |
@@ -23,14 +23,12 @@
 //! | [`mixture`] | not in the paper: a mixture of Gaussians over that state |
 //! | [`setup`] | not in the paper: lengths and cameras as constants that are not quite known |
 //! | [`memory`] | what is kept of a recording to smooth it |
-//! | [`smooth`] | not in the paper: the same over a whole recording; `branch`: as a chain of states, `ways` to start from, `weighed`, `averaged` |
+//! | [`smooth`] | not in the paper: the same over a whole recording |
 //! | [`frame`] | a camera frame, with what the IMU has said up to it |
 //! | [`method`] | which filter, and what corrects it |
 //! | [`filter`] | one of them, sample by sample and frame by frame |
 
 pub mod alike;
-mod averaged;
-mod branch;
 pub mod cues;
 pub mod ekf;
 pub mod filter;
@@ -48,11 +46,8 @@ pub mod process;
 pub mod setup;
 pub mod smooth;
 pub mod state;
-mod still;
 pub mod stillness;
 pub mod timeline;
-mod ways;
-mod weighed;
 pub mod worn;
 
 pub use filter::ArmFilter;

@@ -5,9 +5,25 @@
 //! than the IMU's clock says is constant and bends everything: it is no column here. The frames are put at so many delays, each
 //! is a branch that is smoothed by itself, and all are weighed (`weighed`). What the mixture said of the same
 //! frames has a share of the say (`averaged`).
+//!
+//! | file | what |
+//! |---|---|
+//! | `branch` | a recording at some delay as a chain of states |
+//! | `still` | where the arm rests, told from what comes before and after, and the picture |
+//! | `ways` | trajectories to start from |
+//! | `weighed` | delays and ways, weighed |
+//! | `averaged` | with what the mixture said |
 
-use super::averaged::{at_its_wrist, averaged};
-use super::branch::{ArmBranch, Step};
+mod averaged;
+mod branch;
+mod still;
+mod ways;
+mod weighed;
+
+use self::averaged::{at_its_wrist, averaged};
+use self::branch::{ArmBranch, Step};
+use self::still::still;
+use self::weighed::{Delayed, Way, together, weighed, weights};
 use super::cues::CueName;
 use super::cues::upper_arm::{Direction, direction_at};
 use super::frame::News;
@@ -17,10 +33,7 @@ use super::plausible::{Judged, Plausibility, UNKNOWN};
 use super::posed::{Moment, Posed, sightings};
 use super::setup::Setup;
 use super::state::{Arm, Layout, Noise, POSITION, VELOCITY, View};
-use super::still::still;
 use super::timeline::Timeline;
-use super::ways;
-use super::weighed::{Delayed, Way, together, weighed, weights};
 use super::worn::{Moved, WornMotion};
 use crate::Result;
 use crate::averaged::steadied;

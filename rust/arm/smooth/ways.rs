@@ -4,8 +4,8 @@
 //! depth settles there. So it is started from what the mixture made of it, and from either depth.
 
 use super::branch::ArmBranch;
-use super::posed::sightings;
-use super::state::{POSITION, VELOCITY};
+use crate::arm::posed::sightings;
+use crate::arm::state::{POSITION, VELOCITY};
 use crate::filter::Settled;
 use nalgebra::{DVector, Vector3};
 
@@ -75,13 +75,13 @@ fn set_velocities(branch: &ArmBranch<'_>, moved: &mut [DVector<f64>]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::branch::Step;
-    use super::super::cues::CueName;
-    use super::super::mixture::ArmMixture;
-    use super::super::process::GaussMarkov;
-    use super::super::state::{Arm, Noise, View};
-    use super::super::worn::{Moved, WornMotion};
     use super::*;
+    use crate::arm::cues::CueName;
+    use crate::arm::mixture::ArmMixture;
+    use crate::arm::process::GaussMarkov;
+    use crate::arm::smooth::branch::Step;
+    use crate::arm::state::{Arm, Noise, View};
+    use crate::arm::worn::{Moved, WornMotion};
     use crate::camera::Camera;
     use crate::quaternion::Quaternion;
     use nalgebra::{Matrix3, Vector2};

@@ -1,14 +1,14 @@
-//! One recording of an arm as a chain of states that is smoothed ([`super::smooth`]).
+//! One recording of an arm as a chain of states that is smoothed ([`crate::arm::smooth`]).
 
-use super::cues::landmark::Landmark;
-use super::cues::upper_arm::Direction;
-use super::cues::{Cue, CueName, robust};
-use super::frame::Frame;
-use super::mixture::ArmMixture;
-use super::posed::{Moment, Posed, sightings};
-use super::state::{Arm, Layout, Noise, View};
-use super::worn::Moved;
 use crate::Result;
+use crate::arm::cues::landmark::Landmark;
+use crate::arm::cues::upper_arm::Direction;
+use crate::arm::cues::{Cue, CueName, robust};
+use crate::arm::frame::Frame;
+use crate::arm::mixture::ArmMixture;
+use crate::arm::posed::{Moment, Posed, sightings};
+use crate::arm::state::{Arm, Layout, Noise, View};
+use crate::arm::worn::Moved;
 use crate::filter::{Chain, Gaussian, Linear, LinearTransition, Settled, Spread, settle};
 use crate::quaternion::Quaternion;
 use nalgebra::{DVector, Vector2};
@@ -69,10 +69,10 @@ impl ArmBranch<'_> {
     }
 
     /// How well a trajectory of some cost explains what was measured and how it moves: by prior and likelihood, all of what is known
-    /// beforehand told once ([`super::cues::told_once`]).
+    /// beforehand told once ([`crate::arm::cues::told_once`]).
     ///
     /// # Errors
-    /// As [`super::cues::Cue::linearise`].
+    /// As [`crate::arm::cues::Cue::linearise`].
     pub fn log_fit(&self, at: &[DVector<f64>], cost: f64) -> Result<f64> {
         let layout = Layout::new(self.noise);
         let mut widths = 0.0;

@@ -1,6 +1,6 @@
 //! Smoothed recordings of an arm, weighed: the delays at which frames were put, and the ways in which the arm may have gone.
 
-use super::state::{PLACES, WRIST};
+use crate::arm::state::{PLACES, WRIST};
 use crate::estimate::{Estimate, Point};
 
 /// What has less weight is left out.

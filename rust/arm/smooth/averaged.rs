@@ -1,7 +1,7 @@
 //! A smoothed frame of an arm, averaged with what the mixture said of it ([`crate::averaged`]).
 
-use super::memory::Kept;
-use super::state::{POSITION, WRIST};
+use crate::arm::memory::Kept;
+use crate::arm::state::{POSITION, WRIST};
 use crate::averaged::{Averaged, FILTERED};
 use crate::estimate::{Estimate, Point};
 use crate::particles::Summary;

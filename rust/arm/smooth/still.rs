@@ -1,11 +1,11 @@
 //! Rest, told from the half seconds about a frame: in the mean neither does the sensor turn, nor the patch move in the picture.
 //!
-//! Not in the paper. [`super::stillness`] knows what came before, and a wrist that goes slowly and evenly looks to it as if it
+//! Not in the paper. [`crate::arm::stillness`] knows what came before, and a wrist that goes slowly and evenly looks to it as if it
 //! lay still. Who sees what comes after too, and the picture, can tell them apart. A hand that trembles (at rest by 4 to 6 Hz
 //! in Parkinson's disease, by millimetres to centimetres) rests about its place.
 
-use super::memory::Kept;
-use super::state::{POSITION, VELOCITY, View};
+use crate::arm::memory::Kept;
+use crate::arm::state::{POSITION, VELOCITY, View};
 use nalgebra::{SVector, Vector3};
 use std::f64::consts::PI;
 
