@@ -6,10 +6,10 @@
     pytracker.write_report([track], "report/")
 
 Data flows one way: `formats` are read into a `recording`, whose pixels become `evidence`, which by a choice of
-`methods` and `tracking` becomes a track, which is asked for `doubts` and gets `scores` and a `report`; `cli` types the
-same. Beside the stream: `inertial` is what every IMU log must pass, `setup` makes a recording ready, `simulate` makes
-one from nothing, `live` follows a camera that is there now, `study` runs many, `reproduce` the papers'. What is not
-named here is in those modules: `from pytracker.evidence import PatchTracker`.
+`methods` and `tracking` becomes a track, of which `doubting` asks, and which gets `scores` and a `report`; `cli` types
+the same. Beside the stream: `inertial` is what every IMU log must pass, `setup` makes a recording ready, `simulate`
+makes one from nothing, `live` follows a camera that is there now, `study` runs many, `reproduce` the papers'. What is
+not named here is in those modules: `from pytracker.evidence import PatchTracker`.
 
 Conventions: SI units (metres, seconds, radians, m/s²), pixels as (u right, v down) with pixel centres at integers.
 Quaternions are Hamilton, w first, named for what they do: `q_world_sensor` takes sensor vectors to the world.
@@ -34,7 +34,7 @@ if _sys.orig_argv[1:3] == ["-m", "pytracker"] or "".join(_sys.argv[:1]).endswith
         raise SystemExit(130) from None
 
 from pytracker._core import Estimate, InputError, Observation, Tracker, TrackingError, __version__
-from pytracker.doubts import doubts
+from pytracker.doubting import doubts
 from pytracker.evidence import Sightings
 from pytracker.methods import (
     Annealed,

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubts.doubts import is_unusable, unbelieved
+from pytracker.doubting.doubts import is_unusable, unbelieved
 from pytracker.methods.method import Method
 from pytracker.outcomes import Outcome, check_index, read_outcomes, run_of, table_of
 from pytracker.output import MADE_HERE, check_target, write_whole

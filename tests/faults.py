@@ -18,7 +18,7 @@ import numpy as np
 from fault_kinds import faults
 
 import pytracker as pt
-from pytracker.doubts.doubts import unbelieved
+from pytracker.doubting.doubts import unbelieved
 from pytracker.evidence import sightings_of
 from pytracker.simulate import ArmSimulation
 

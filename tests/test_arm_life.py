@@ -15,7 +15,7 @@ import pytest
 from test_cli import run
 
 import pytracker as pt
-from pytracker.doubts.doubts import unbelieved
+from pytracker.doubting.doubts import unbelieved
 from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import ArmMethod
 from pytracker.rotation import multiply, rotation_vector_to_quaternion

@@ -13,8 +13,8 @@ import pytest
 from conftest import SEGMENTS
 
 import pytracker as pt
-from pytracker.doubts.body import of_body
-from pytracker.doubts.body_sensors import of_sensors
+from pytracker.doubting.body import of_body
+from pytracker.doubting.body_sensors import of_sensors
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
 from pytracker.tracking import BodyTrack

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.doubts.camera_place import of_camera_place
+from pytracker.doubting.camera_place import of_camera_place
 from pytracker.rotation import triple
 from pytracker.tracking import BodyTrack
 

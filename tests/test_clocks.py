@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.doubts.clocks import is_another
+from pytracker.doubting.clocks import is_another
 from pytracker.evidence.patch.clocks import Clock, find_clock
 from pytracker.evidence.patch.lag import explained_by
 from pytracker.inertial.gravity import GRAVITY

@@ -72,6 +72,12 @@ def test_a_face_whose_red_is_blue(face: np.ndarray | tuple[float, ...], is_so: b
     assert red_is_blue(picture(face), wall(), HEAD, PX_PER_M) == is_so  # type: ignore[arg-type]
 
 
+def test_a_blue_scarf_below_a_dark_face_is_none() -> None:
+    image = picture((45, 60, 85))
+    image[41:, 45:76] = (140, 105, 90)
+    assert not red_is_blue(image, wall(), HEAD, PX_PER_M)
+
+
 def test_a_first_pose_that_is_some_centimetres_off_finds_the_face() -> None:
     """Wall and hair beside it are no face in another light."""
     image = picture(TYPICAL_BGR)

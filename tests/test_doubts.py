@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.doubts.pauses import of_pauses
-from pytracker.doubts.swivel import HANGS, hangs
+from pytracker.doubting.pauses import of_pauses
+from pytracker.doubting.swivel import HANGS, hangs
 from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation, look_at

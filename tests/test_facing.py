@@ -14,7 +14,7 @@ from test_body_senses import with_keypoints
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.doubts.doubts import doubts
+from pytracker.doubting.doubts import doubts
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.recording import WeakPerspective
 from pytracker.setup.poses.keypoints import first_pose

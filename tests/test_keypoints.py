@@ -312,6 +312,15 @@ def test_keypoints_that_are_missing_within_are_told() -> None:
     nobody = points.copy()
     nobody[40:80] = np.nan
     assert uncovered(Path("k"), Keypoints(np.arange(120), nobody), info) == (said,)
+    nobody[:] = 0.0
+    nobody[70:] = np.nan
+    (said,) = uncovered(Path("k"), Keypoints(np.arange(120), nobody), info)
+    assert "are of frames 0 to 69, and the video has 120" in said
+    often = np.zeros((480, 1, len(KEYPOINTS), 3))
+    for k in range(100, 400, 80):
+        often[k : k + 30] = np.nan
+    (said,) = uncovered(Path("k"), Keypoints(np.arange(480), often), VideoInfo(320, 240, 480, 60.0))
+    assert "in 120 frames, 100 to 129 among them" in said
 
 
 def test_arms_that_a_detector_never_saw_are_named() -> None:

@@ -21,6 +21,7 @@ from pytracker.live.sensor import SensorClock
 from pytracker.live.subject import live_subject
 from pytracker.recording.recording import Worn
 from pytracker.rotation import rotation_vector_to_quaternion
+from pytracker.tracking.body_watch import in_words
 
 HEADER = "time_s,acc_x,acc_y,acc_z,q_w,q_x,q_y,q_z"
 NOT_TURNED = Worn(np.array([1.0, 0.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0, 0.0]))
@@ -53,8 +54,8 @@ def test_an_arm_is_followed_live(arm: pt.ArmRecording) -> None:
     counts = Live()
     source = live(arm, pt.Mixture(), str(at_hand(arm, "video.mp4")), paced(at_hand(arm, "imu.csv")), progress=counts)
     found = list(source)
-    time_s = np.array([estimate.time_s for estimate, _ in found])
-    wrist = np.array([estimate.places["wrist"].mean for estimate, _ in found])
+    time_s = np.array([one.estimate.time_s for one in found])
+    wrist = np.array([one.estimate.places["wrist"].mean for one in found])
     assert arm.truth is not None
     off_m = np.linalg.norm(wrist - arm.truth.at("wrist", time_s), axis=1)
     assert 0.9 < time_s[0] < 1.6
@@ -69,13 +70,14 @@ def test_a_body_is_followed_live(tmp_path: Path) -> None:
     assert isinstance(recording, pt.BodyRecording)
     found = list(live(recording, pt.Partitioned(), str(at_hand(recording, "video.mp4"))))
     track = pt.track(recording, pt.Partitioned(), 0)
-    time_s = np.array([estimate.time_s for estimate, _ in found])
+    time_s = np.array([one.estimate.time_s for one in found])
     assert time_s[-1] > 1.5
     offline = track.joints["left_elbow"].mean[np.searchsorted(track.time_s, time_s + 0.01) - 1]
-    elbow = np.array([estimate.places["left_elbow"].mean for estimate, _ in found])
+    elbow = np.array([one.estimate.places["left_elbow"].mean for one in found])
     # The same but for frames that a busy machine leaves out.
     assert np.median(np.linalg.norm(elbow - offline, axis=1)) < 0.06
-    assert {reason for _, reason in found} & set(track.reason)
+    assert {in_words({joint: why for joint, why in one.words.items() if why}) for one in found} & set(track.reason)
+    assert [one.frame for one in found] == sorted({one.frame for one in found})
 
 
 def test_frames_that_come_too_fast_are_left_out_and_counted(arm: pt.ArmRecording) -> None:
@@ -105,6 +107,8 @@ def test_what_cannot_be_followed_live_is_refused(arm: pt.ArmRecording) -> None:
         next(live(arm, pt.Mixture(), "nothing.mp4", lines))
     with pytest.raises(pt.InputError, match="no column acc_x, acc_y"):
         next(live(arm, pt.Mixture(), str(at_hand(arm, "video.mp4")), iter(["time_s,acc_z,q_w,q_x,q_y,q_z"])))
+    with pytest.raises(pt.InputError, match="ended before 1 s had passed"):
+        next(live(arm, pt.Mixture(), str(at_hand(arm, "video.mp4")), iter([HEADER, "0,0,0,9.81,1,0,0,0"])))
 
 
 def test_bursts_are_told_apart_by_the_sensors_own_clock() -> None:
@@ -133,6 +137,50 @@ def test_a_sensors_clock_that_drifts_is_followed() -> None:
     assert np.diff(time_s[400:]).min() > 0.0
 
 
+@pytest.mark.parametrize("leap_s", [-40.0, -5.0, -0.5, 0.5, 5.0, 40.0])
+def test_a_sensors_clock_that_is_set_anew_is_found_anew(leap_s: float) -> None:
+    """A reconnected sensor counts from elsewhere on: no sample was used any more, or all frames came too late."""
+    clock = SensorClock()
+    ours_s = 0.01 * np.arange(4000)
+    own_s = np.where(ours_s < 10.0, ours_s, ours_s + leap_s)
+    rng = np.random.default_rng(3)
+    late_s = rng.gamma(1.0, 0.01, len(ours_s))
+    time_s = np.array([clock(own, now + late) for own, now, late in zip(own_s, ours_s, late_s, strict=True)])
+    known = np.isfinite(time_s)
+    assert known[ours_s > 12.0].all()
+    assert np.nanmax(time_s - ours_s - late_s) < 0.15  # never measured after it arrived
+    assert np.abs(time_s - ours_s)[ours_s > 21.0].max() < 0.03
+
+
+def test_one_time_that_is_wrong_is_left_out() -> None:
+    said: list[str] = []
+    now = itertools.count()
+    lines = [HEADER, *(f"{k / 100 + (30.0 if k == 250 else 0.0)},0,0,9.81,1,0,0,0" for k in range(400))]
+    found = list(sensor_samples(lines, NOT_TURNED, lambda: next(now) / 100.0, said.append))
+    assert len(said) == 1
+    assert "line 252 has time 32.5, not after" in said[0]
+    assert len(found) == pytest.approx(300, abs=3)
+    assert np.ptp(np.diff([sample.time_s for sample in found])) < 0.011
+
+
+@pytest.mark.parametrize("times", [1000.0, 60.0, 1.0 / 60.0])
+def test_times_that_are_not_in_seconds_are_told(times: float) -> None:
+    now = itertools.count()
+    lines = [HEADER, *(f"{times * k / 50},0,0,9.81,1,0,0,0" for k in range(100))]
+    with pytest.raises(pt.InputError, match=r"expected time_s in seconds"):
+        list(sensor_samples(lines, NOT_TURNED, lambda: next(now) / 50.0, print))
+
+
+def test_a_header_as_others_write_it() -> None:
+    """Quotes, other orders and other columns; rows of more or fewer cells are none of it."""
+    said: list[str] = []
+    now = itertools.count()
+    header = '"q_w","q_x","q_y","q_z","battery","time_s","acc_z","acc_y","acc_x"\r'
+    lines = [header, *(f'1,0,0,0,"87",{k},9.81,0,0\r' for k in range(4)), "1,0,0,0,87,4,5,9,81,0,0,0,0", "1,0"]
+    assert len(list(sensor_samples(lines, NOT_TURNED, lambda: float(next(now)), said.append))) == 3
+    assert len(said) == 2
+
+
 def test_samples_are_turned_as_the_recording_says() -> None:
     """Of a sensor that is worn a quarter turn about its z, in a world a quarter turn about the vertical."""
     quarter = rotation_vector_to_quaternion(np.array([0.0, 0.0, 0.5 * np.pi]))
@@ -153,10 +201,7 @@ def test_lines_that_cannot_be_read_are_said_and_left_out() -> None:
     lines = [HEADER, *rows[:3], "3,0,0", "", "nan,0,0,9.81,1,0,0,0", *rows[4:]]
     found = list(sensor_samples(lines, NOT_TURNED, lambda: float(next(now)), said.append))
     assert len(found) == 4
-    assert [words.split(",")[0] for words in said] == [
-        "the sensor's line 5 is '3",
-        "the sensor's line 7 has time nan",
-    ]
+    assert [words.split(",")[0] for words in said] == ["the sensor's line 5 is '3", "the sensor's line 7 is 'nan"]
 
 
 def test_a_file_is_played_at_its_own_pace(arm: pt.ArmRecording) -> None:
@@ -186,9 +231,14 @@ def test_the_command_writes_rows_and_leaves_in_peace(arm: pt.ArmRecording, tmp_p
     assert fed.returncode == 0, said
     assert "frames," in said
     rows = out.read_text("utf-8").splitlines()
-    assert rows[0].startswith("time_s,wrist_x_m,")
+    assert rows[0].startswith("time_s,frame,wrist_x_m,")
     assert rows[0].endswith("valid,reason")
     assert len(rows) > 40
     refused = subprocess.run(command, input="a,b\n", capture_output=True, text=True, timeout=60, check=False)  # noqa: S603
     assert refused.returncode == 2
     assert "no column time_s" in refused.stderr
+    again = [*command, "--out", str(out), "--force"]
+    at_once = subprocess.run(again, input=lines, capture_output=True, text=True, timeout=60, check=False)  # noqa: S603
+    assert at_once.returncode == 2
+    assert "ended before 1 s had passed" in at_once.stderr
+    assert out.read_text("utf-8").splitlines() == rows  # what was there is kept until there is something new

@@ -175,7 +175,7 @@ def beside(recording: pt.ArmRecording, sightings: Sightings, by_m: float) -> pt.
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_shoulder_that_is_elsewhere_is_found_and_told(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """By 10 cm to the side, on lively gestures, the wrist is as right as with the true shoulder; 15 cm are told."""
-    monkeypatch.setattr(importlib.import_module("pytracker.doubts.arm"), "of_description", lambda *_: ())
+    monkeypatch.setattr(importlib.import_module("pytracker.doubting.arm"), "of_description", lambda *_: ())
     recording, sightings = played(LIVELY, seed)
     assert pt.doubts(beside(recording, sightings, 0.0)) == ()
     wrist = pt.evaluate(beside(recording, sightings, 0.1), recording.truth).joints["wrist"]

@@ -11,8 +11,8 @@ import pytest
 from test_arm_senses import load, simulated
 
 import pytracker as pt
-from pytracker.doubts import doubts
-from pytracker.doubts.upper_arm import of_upper_arm
+from pytracker.doubting import doubts
+from pytracker.doubting.upper_arm import of_upper_arm
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.setup import check
 from pytracker.tracking import ArmTrack

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Annotated, TextIO
 
@@ -16,6 +16,7 @@ from pytracker.cli.options import Folder, Force, Seed, check_new, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.live import Live, Rows
 from pytracker.live import live as estimates_of
+from pytracker.tracking.body_watch import in_words
 
 __all__ = ["commands"]
 
@@ -53,45 +54,49 @@ def live(
     recording = pt.load(folder)
     chosen = chosen_method(recording.kind, method or BEST[recording.kind], None, settings or [])
     warn(recording.warnings)
-    counts, lines, said = Live(), _lines(sensor), ""
+    counts, said = Live(), ""
     estimates = estimates_of(
-        recording, chosen, camera, lines, seed=seed, delay_s=delay, late_s=late, progress=counts,
+        recording, chosen, camera, _lines(sensor), seed=seed, delay_s=delay, late_s=late, progress=counts,
         warn=lambda words: warn((words,)),
     )  # fmt: skip
     try:
-        with _rows(out) as file, closing(estimates):
-            rows = Rows(file)
-            for estimate, reason in estimates:
-                rows.write(estimate, reason)
-                if reason != said:
-                    print(f"{estimate.time_s:.2f} s: {reason or 'right again'}", file=sys.stderr)
-                    said = reason
+        with ExitStack() as open_until_the_end:
+            open_until_the_end.enter_context(closing(estimates))
+            rows: Rows | None = None
+            for found in estimates:
+                if rows is None:  # not before something is known to come: an older file is kept until then
+                    rows = Rows(sys.stdout if out is None else open_until_the_end.enter_context(_opened(out)))
+                rows.write(found)
+                words = in_words({joint: why for joint, why in found.words.items() if why})
+                if words != said:
+                    print(f"{found.estimate.time_s:.2f} s: {words or 'right again'}", file=sys.stderr)
+                    said = words
     finally:
         _say(counts)
+    if not counts.frames:
+        raise pt.TrackingError("no frame was tracked")
 
 
-@contextmanager
-def _rows(out: Path | None) -> Iterator[TextIO]:
-    if out is None:
-        yield sys.stdout
-        return
-    with out.open("w", encoding="utf-8", newline="") as file:
-        yield file
+def _opened(out: Path) -> TextIO:
+    return out.open("w", encoding="utf-8", newline="")
 
 
-def _lines(sensor: str) -> TextIO:
-    """Line by line; of what is piped in by a file of its own, which whoever waits for a line holds when we leave."""
-    if sensor == "-":
-        return os.fdopen(os.dup(0), encoding="utf-8")
-    if not Path(sensor).exists():
+def _lines(sensor: str) -> Iterator[str]:
+    """Line by line, opened when the first is wanted; where they come from a pipe may say nothing for ever.
+
+    What is piped in is read by a file of its own, which whoever waits for a line holds when we leave.
+    """
+    if sensor != "-" and not Path(sensor).exists():
         raise pt.InputError(f"{sensor}: no such pipe or device, expected where the sensor's lines come from")
-    return Path(sensor).open(encoding="utf-8")
+    source = os.dup(0) if sensor == "-" else sensor
+    with open(source, encoding="utf-8-sig", errors="replace") as file:  # noqa: PTH123 - a number too
+        yield from file
 
 
 def _say(counts: Live) -> None:
-    if not counts.frames:
-        return
     skipped = f"; {counts.skipped} came faster than they were worked on and were left out" if counts.skipped else ""
-    refused = f"; {counts.refused} observations were refused, the first: {counts.words}" if counts.refused else ""
+    refused = f"; {counts.refused} observations were refused" if counts.refused else ""
+    unread = f"; {counts.unread} lines of the sensor were left out" if counts.unread else ""
     valid = counts.frames - counts.invalid
-    print(f"pytracker: {counts.frames} frames, {valid} of them valid{skipped}{refused}", file=sys.stderr)
+    if counts.frames or refused or unread:
+        print(f"pytracker: {counts.frames} frames, {valid} of them valid{skipped}{refused}{unread}", file=sys.stderr)

@@ -17,7 +17,7 @@ from pytracker.cli import parameters
 from pytracker.cli.options import Folder, Force, NoReport, Out, Quiet, Seed, Settings, check_new, say, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.cli.terminal import frames_bar, print_comparison
-from pytracker.doubts.doubts import is_unusable, unbelieved
+from pytracker.doubting.doubts import is_unusable, unbelieved
 from pytracker.evidence.observations import shared_sightings
 from pytracker.methods import BodyMethod
 from pytracker.methods.method import Method

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from pytracker.live.camera import camera_frames
 from pytracker.live.rows import Rows
-from pytracker.live.run import Live, live
+from pytracker.live.run import Estimated, Live, live
 from pytracker.live.sensor import sensor_samples
 
-__all__ = ["Live", "Rows", "camera_frames", "live", "sensor_samples"]
+__all__ = ["Estimated", "Live", "Rows", "camera_frames", "live", "sensor_samples"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import csv
 from typing import Any, TextIO
 
-from pytracker._core import Estimate
+from pytracker.live.run import Estimated
+from pytracker.tracking.body_watch import in_words
 
 __all__ = ["Rows"]
 
@@ -15,25 +16,30 @@ QUANTITIES = (("", "mean"), ("_sd", "sd"), ("_lo", "lo"), ("_hi", "hi"))
 class Rows:
     """Writes estimates to `file`, each at once.
 
-    `time_s`, then of every joint and axis `<joint>_<axis>_m`, `_sd_m`, `_lo_m`, `_hi_m` (95 % band), then
-    `valid, reason`. Times are seconds since the beginning.
+    `time_s, frame`, then of every joint and axis `<joint>_<axis>_m`, `_sd_m`, `_lo_m`, `_hi_m` (95 % band), of a body
+    `<joint>_valid`, then `valid, reason`. Times are seconds since the beginning; frames are numbered as the camera
+    gives them, those that were left out too.
     """
 
     def __init__(self, file: TextIO) -> None:
         self._file, self._writer = file, csv.writer(file, lineterminator="\n")
         self._has_header = False
 
-    def write(self, estimate: Estimate, reason: str) -> None:
-        """A row; `reason` says what speaks against it."""
-        names: list[str] = ["time_s"]
-        cells: list[Any] = [f"{estimate.time_s:.6f}"]
-        for joint, place in estimate.places.items():
+    def write(self, found: Estimated) -> None:
+        """A row."""
+        names: list[str] = ["time_s", "frame"]
+        cells: list[Any] = [f"{found.estimate.time_s:.6f}", found.frame]
+        for joint, place in found.estimate.places.items():
             for suffix, quantity in QUANTITIES:
                 for axis, value in zip("xyz", getattr(place, quantity), strict=True):
                     names.append(f"{joint}_{axis}{suffix}_m")
                     cells.append(f"{value:.6f}")
+            if joint in found.words:
+                names.append(f"{joint}_valid")
+                cells.append(int(not (found.words[joint] or found.words[""])))
         if not self._has_header:
             self._writer.writerow([*names, "valid", "reason"])
             self._has_header = True
-        self._writer.writerow([*cells, int(not reason), reason])
+        said = {joint: why for joint, why in found.words.items() if why}
+        self._writer.writerow([*cells, int(found.is_valid), in_words(said)])
         self._file.flush()

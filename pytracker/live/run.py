@@ -15,13 +15,16 @@ from pytracker.live.sensor import sensor_samples
 from pytracker.live.subject import Subject, live_subject
 from pytracker.methods.method import Method
 from pytracker.recording.recording import Recording
+from pytracker.tracking.body_watch import Words
 
-__all__ = ["Live", "live"]
+__all__ = ["Estimated", "Live", "live"]
 
 WAITING = 2
 """Frames that wait; more are left out, as what is said late is of no use."""
 SILENT_S = 10.0
 """No sensor is waited for longer."""
+FEW = 5
+"""Of what is left out so many are said one by one."""
 
 
 @dataclass
@@ -33,14 +36,35 @@ class Live:
         invalid: of these so many with a reason against them.
         skipped: frames that came faster than they were worked on, and were left out.
         refused: observations that the tracker could not use, such as those that came too late.
-        words: what the first of them was refused for.
+        unread: lines of the sensor that were left out.
     """
 
     frames: int = 0
     invalid: int = 0
     skipped: int = 0
     refused: int = 0
-    words: str = ""
+    unread: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Estimated:
+    """An estimate as it comes.
+
+    Attributes:
+        estimate: where all is.
+        frame: number of its frame.
+        words: what speaks against each joint, `""` for the frame; of an arm for the frame alone. Empty where nothing
+            does.
+    """
+
+    estimate: Estimate
+    frame: int
+    words: Words
+
+    @property
+    def is_valid(self) -> bool:
+        """Whether nothing speaks against any of it."""
+        return not any(self.words.values())
 
 
 class _Coming:
@@ -101,8 +125,8 @@ def live(
     late_s: float = 0.0,
     progress: Live | None = None,
     warn: Callable[[str], None] = print,
-) -> Generator[tuple[Estimate, str]]:
-    """Estimates and what speaks against each (empty where nothing does), one a frame, until the camera ends.
+) -> Generator[Estimated]:
+    """Estimates, one a frame, until the camera ends.
 
     Args:
         recording: made with this camera where it stands now, this sensor as it is worn now, and this person, who now
@@ -114,7 +138,7 @@ def live(
         delay_s: what comes so much later than what was observed after it is put in order; estimates come as much later.
         late_s: how long after it was seen a frame arrives.
         progress: counts while it goes on.
-        warn: is told of lines that cannot be read.
+        warn: is told of what is left out, the first few times.
 
     Raises `InputError` for what cannot be followed live, and `TrackingError` where the track is lost.
     """
@@ -129,41 +153,71 @@ def live(
     def clock() -> float:
         return time.monotonic() - began_s
 
+    def unread(words: str) -> None:
+        counts.unread += 1
+        if counts.unread <= FEW:
+            warn(words)
+
     coming = _Coming(counts)
     coming.read_camera(camera_frames(camera, clock, late_s))
     if subject.worn is not None and sensor is not None:
-        coming.read_sensor(sensor_samples(sensor, subject.worn, clock, warn))
+        coming.read_sensor(sensor_samples(sensor, subject.worn, clock, unread))
+    following = _Following(subject, tracker, counts, warn)
     try:
-        for estimate in _estimates(coming, subject, tracker):
-            reason = subject.reason(estimate)
-            counts.frames, counts.invalid = counts.frames + 1, counts.invalid + bool(reason)
-            yield estimate, reason
+        while (found := coming.arrived.get()) is not None:
+            if isinstance(found, Exception):
+                raise found
+            if isinstance(found, Frame):
+                coming.waiting.release()
+            yield from following.take(found)
+        yield from following.finish()
     finally:
         coming.close()
 
 
-def _estimates(coming: _Coming, subject: Subject, tracker: Tracker) -> Iterator[Estimate]:
-    """Of what arrives; an arm's frames count from its sensor's first sample on."""
-    observation: Observation
-    is_waiting = subject.worn is not None
-    while (found := coming.arrived.get()) is not None:
-        if isinstance(found, Exception):
-            raise found
+class _Following:
+    """A tracker that is given what arrives; an arm's frames count from its sensor's first sample on."""
+
+    def __init__(self, subject: Subject, tracker: Tracker, counts: Live, warn: Callable[[str], None]) -> None:
+        self._subject, self._tracker, self._counts, self._warn = subject, tracker, counts, warn
+        self._is_waiting = subject.worn is not None
+        self._frames: dict[float, int] = {}
+
+    def take(self, found: Frame | Observation) -> Iterator[Estimated]:
+        """An estimate where one is due."""
         if isinstance(found, Frame):
-            coming.waiting.release()
-            observation = subject.see(found)
-            if is_waiting and found.time_s > SILENT_S:
-                raise InputError(f"no sample of the sensor came within {SILENT_S:.0f} s, expected its lines")
+            observation = self._subject.see(found)
+            if self._is_waiting:
+                if found.time_s > SILENT_S:
+                    raise InputError(f"no sample of the sensor came within {SILENT_S:.0f} s, expected its lines")
+                return
+            self._frames[found.time_s] = found.index
         else:
-            observation, is_waiting = found, False
-        if is_waiting:
-            continue
+            observation, self._is_waiting = found, False
         try:
-            estimate = tracker.observe(observation)
+            estimate = self._tracker.observe(observation)
         except InputError as error:
-            coming.live.refused += 1
-            coming.live.words = coming.live.words or str(error)
-            continue
+            self._frames.pop(observation.time_s, None)
+            self._refused(error)
+            return
         if estimate is not None:
-            yield estimate
-    yield from tracker.finish()
+            yield self._told(estimate)
+
+    def finish(self) -> Iterator[Estimated]:
+        """What was still waited for."""
+        try:
+            left = self._tracker.finish()
+        except InputError as error:
+            self._refused(error)
+            return
+        yield from map(self._told, left)
+
+    def _told(self, estimate: Estimate) -> Estimated:
+        found = Estimated(estimate, self._frames.pop(estimate.time_s), self._subject.words(estimate))
+        self._counts.frames, self._counts.invalid = self._counts.frames + 1, self._counts.invalid + (not found.is_valid)
+        return found
+
+    def _refused(self, error: InputError) -> None:
+        self._counts.refused += 1
+        if self._counts.refused <= FEW:
+            self._warn(str(error))

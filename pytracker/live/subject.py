@@ -14,7 +14,7 @@ from pytracker.formats.video import frames as frames_of
 from pytracker.methods.body import BodyMethod
 from pytracker.methods.method import Method
 from pytracker.recording.recording import ArmRecording, BodyRecording, Recording, View, Worn
-from pytracker.tracking.body_watch import BodyWatch, in_words
+from pytracker.tracking.body_watch import BodyWatch, Words
 from pytracker.tracking.fits import check_fits
 
 __all__ = ["Subject", "live_subject"]
@@ -38,8 +38,11 @@ class Subject(Protocol):
     def see(self, frame: Frame) -> Observation:
         """What a frame shows. Raises `InputError` for one of another size."""
 
-    def reason(self, estimate: Estimate) -> str:
-        """What speaks against an estimate, asked about once and in order of time; empty where nothing does."""
+    def words(self, estimate: Estimate) -> Words:
+        """What speaks against each joint of an estimate, `""` for the frame, of an arm for the frame alone.
+
+        Empty where nothing does. It is asked about once and in order of time.
+        """
 
 
 @singledispatch
@@ -92,11 +95,11 @@ class LiveArm:
         self._reasons[frame.time_s] = found.reason
         return Observation.patch(frame.time_s, list(found.pixel) if found.valid else None, frame.index)
 
-    def reason(self, estimate: Estimate) -> str:
+    def words(self, estimate: Estimate) -> Words:
         """What the tracker doubts, or why the patch was not seen."""
         reason = self._reasons.get(estimate.time_s, "")
         self._reasons = {time_s: later for time_s, later in self._reasons.items() if time_s > estimate.time_s}
-        return "; ".join(filter(None, [estimate.doubt, reason]))
+        return {"": "; ".join(filter(None, [estimate.doubt, reason]))}
 
 
 class LiveBody:
@@ -118,9 +121,10 @@ class LiveBody:
         self._watch.take(observation)
         return observation
 
-    def reason(self, estimate: Estimate) -> str:
+    def words(self, estimate: Estimate) -> Words:
         """What its frames show against it."""
-        return in_words(self._watch.reasons(estimate))
+        said = self._watch.reasons(estimate)
+        return {joint: said.get(joint, "") for joint in ("", *estimate.places)}
 
 
 def _of(view: View) -> str:

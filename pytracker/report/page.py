@@ -10,7 +10,7 @@ from importlib import resources
 import jinja2
 
 from pytracker._core import __version__
-from pytracker.doubts.doubts import is_unusable, unbelieved
+from pytracker.doubting.doubts import is_unusable, unbelieved
 from pytracker.report.contents import Contents
 from pytracker.report.stretches import stretches_of
 from pytracker.tracking.tracks import Track

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubts.clocks import words_of
-from pytracker.doubts.doubts import is_unusable, unbelieved
+from pytracker.doubting.clocks import words_of
+from pytracker.doubting.doubts import is_unusable, unbelieved
 from pytracker.evidence.patch.camshift import PatchTrack
 from pytracker.evidence.patch.clocks import find_clock
 from pytracker.evidence.patch.hanging import LIES_STILL, rests_in_words, without_standing

@@ -17,7 +17,7 @@ from functools import partial
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubts.swivel import HANGS, HANGS_SD, hangs
+from pytracker.doubting.swivel import HANGS, HANGS_SD, hangs
 from pytracker.evidence.patch.lag import GRID_S, Lag, banded, find_lags, was_seen
 from pytracker.evidence.sightings import Sightings
 from pytracker.inertial.gravity import GRAVITY

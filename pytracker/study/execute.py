@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubts.doubts import unbelieved
+from pytracker.doubting.doubts import unbelieved
 from pytracker.evidence.observations import shared_sightings
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.load import load

@@ -36,6 +36,8 @@ MOST_SHIFT = 30.0
 """What is farther off is no face, in any light that a camera may have taken for white."""
 EVEN = 26.0
 """Cr and Cb of the middle half of a face differ by no more; those of a head beside the wall do."""
+REDDER = 1.05
+"""Times as red as blue: no part of a face whose red is blue is, nor its hair."""
 DARKEST = 12.0
 """Nothing is told by what is darker."""
 DIM_PICTURE = 130.0
@@ -70,7 +72,8 @@ def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float)
 def red_is_blue(image: Image, background: Image, head: Array, px_per_m: float) -> bool:
     """Whether the face is one with red and blue exchanged alone: a picture that was written from RGB. As above."""
     parts = _looked(image, background, head, px_per_m)
-    if any(_is_usual(part) for part in parts):
+    # A face that is dark, or dim, is redder than blue all the same.
+    if any(_is_usual(part) or np.median(part[:, 2]) > REDDER * np.median(part[:, 0]) for part in parts if len(part)):
         return False
     bluest = max(parts, key=lambda part: float(np.median(_ycc(part)[:, 2])))
     return len(bluest) > 0 and _is_usual(bluest[:, ::-1])

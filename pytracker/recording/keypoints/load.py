@@ -6,6 +6,7 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS, InputError
 from pytracker.formats.keypoints.read import Keypoints, read_keypoints
@@ -37,7 +38,7 @@ _ARMS = [KEYPOINTS.index(f"{side}_{joint}") for side in ("left", "right") for jo
 COVERED = 0.9
 """Fewer frames than this share of the video's, and something is missing."""
 LEAST_MISSING, MISSING = 15, 0.1
-"""So many frames, and such a share of the video, may be without any and no word is said."""
+"""So many frames on end may be without any and no word is said; of longer gaps such a share of the video."""
 
 
 def load_keypoints(path: Path, model: str, video: Path, info: VideoInfo) -> Keypoints:
@@ -61,12 +62,16 @@ def alone(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[str, ...]]
 
 
 def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:
-    """A word where keypoints end long before their video, or begin long after it, or are missing for long within."""
-    first, last, rows = int(keypoints.frames[0]), int(keypoints.frames[-1]), len(keypoints.frames)
-    if not info.frame_count:
+    """A word where keypoints end long before their video, or begin long after it, or are missing for long within.
+
+    A row in which nobody was found is none.
+    """
+    there = keypoints.frames[np.isfinite(keypoints.points[..., 0]).any(axis=(1, 2))]
+    if not info.frame_count or not len(there):
         return ()
+    first, last, rows = int(there[0]), int(there[-1]), len(there)
     if last - first + 1 >= COVERED * info.frame_count:
-        return _missing_within(path, keypoints, info)
+        return _missing_within(path, there, info)
     every = round(info.frame_count / rows)
     skips = every > 1 and last - first + 1 == rows and abs(info.frame_count - every * rows) <= every
     why = f"of every {every}. frame (a column frame says which)" if skips else "another clip's, or cut short"
@@ -76,13 +81,16 @@ def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, .
     )
 
 
-def _missing_within(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, ...]:
-    there = keypoints.frames[np.isfinite(keypoints.points[..., 0]).any(axis=(1, 2))]
+def _missing_within(path: Path, there: NDArray[np.int64], info: VideoInfo) -> tuple[str, ...]:
     steps = np.diff(there)
-    if not len(steps) or steps.max() <= max(LEAST_MISSING, MISSING * info.frame_count):
+    gaps = np.flatnonzero(steps > LEAST_MISSING)
+    missing = int((steps[gaps] - 1).sum())
+    if missing <= MISSING * info.frame_count:
         return ()
     k = int(steps.argmax())
-    return (f"{path}: has no keypoints in frames {there[k] + 1} to {there[k + 1] - 1}: these are tracked without",)
+    longest = f"{there[k] + 1} to {there[k + 1] - 1}"
+    where = f"frames {longest}" if len(gaps) == 1 else f"{missing} frames, {longest} among them"
+    return (f"{path}: has no keypoints in {where}: these are tracked without",)
 
 
 def arms_are_seen(keypoints: Keypoints) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubts.suspects import AFTER_PAUSE, MIRRORED, Suspect, suspects
+from pytracker.doubting.suspects import AFTER_PAUSE, MIRRORED, Suspect, suspects
 from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import ArmMethod, Ekf, Mixture
 from pytracker.recording.recording import ArmRecording
@@ -17,7 +17,7 @@ from pytracker.rotation import Array
 from pytracker.tracking.arm import filter_arm
 from pytracker.tracking.tracks import where_of
 
-__all__ = ["LEAST_FRAMES", "of_description"]
+__all__ = ["LEAST_FRAMES", "PAUSE_S", "of_description"]
 
 PROBE = Mixture(components=1)
 """Fast, and its log evidence is that of what was seen: for any suspect."""

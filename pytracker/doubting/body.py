@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pytracker.doubts.body_sensors import of_sensors
-from pytracker.doubts.camera_place import of_camera_place
-from pytracker.doubts.foreground import of_foreground
+from pytracker.doubting.body_sensors import of_sensors
+from pytracker.doubting.camera_place import of_camera_place
+from pytracker.doubting.foreground import of_foreground
 from pytracker.evidence.points.subject import points_of_subject
 from pytracker.evidence.pose.facing import LEAST_SEEN, seen_from_behind
 from pytracker.tracking.body import BodyTrack

@@ -11,9 +11,9 @@ import re
 from collections import Counter
 
 from pytracker._core import ARM_DOUBTS
-from pytracker.doubts.arm import of_arm
-from pytracker.doubts.body import of_body
-from pytracker.doubts.pauses import of_pauses
+from pytracker.doubting.arm import of_arm
+from pytracker.doubting.body import of_body
+from pytracker.doubting.pauses import of_pauses
 from pytracker.tracking.alike import UNLIKE
 from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.body import BodyTrack

@@ -8,12 +8,12 @@ import functools
 import numpy as np
 
 from pytracker._core import TrackingError
-from pytracker.doubts.clocks import of_clocks
-from pytracker.doubts.description import LEAST_FRAMES, of_description
-from pytracker.doubts.patch_place import of_patch_place
-from pytracker.doubts.pauses import of_hanging
-from pytracker.doubts.swivel import hangs
-from pytracker.doubts.upper_arm import of_unused_senses, of_upper_arm
+from pytracker.doubting.clocks import of_clocks
+from pytracker.doubting.description import LEAST_FRAMES, PAUSE_S, of_description
+from pytracker.doubting.patch_place import of_patch_place
+from pytracker.doubting.pauses import of_hanging
+from pytracker.doubting.swivel import hangs
+from pytracker.doubting.upper_arm import of_unused_senses, of_upper_arm
 from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import Smooth
 from pytracker.recording.recording import ArmRecording
@@ -28,10 +28,10 @@ SURPRISING = 2.4
 right ones, worn too, none does by 1.6, of captured arms, whose shoulders move, 2 in 38 do by more than 2.1."""
 
 LEAST_MEASURED = 0.7
-"""Where the sensor is missing in more of the frames, what holds the wrist there moves lengths and cameras."""
+"""Where the sensor measured in fewer of the frames, what holds the wrist in the others moves lengths and cameras."""
 
 ABOVE = -0.1
-"""No captured arm's elbow hangs less than 0.27 (`pytracker.doubts.swivel`)."""
+"""No captured arm's elbow hangs less than 0.27 (`pytracker.doubting.swivel`)."""
 
 
 def of_arm(track: ArmTrack) -> tuple[str, ...]:
@@ -108,7 +108,8 @@ def _of_setup(track: ArmTrack) -> tuple[str, ...]:
     told = [found for found in found_by(track) if found.name != "offset_s" and found.is_told]
     surprising = [found for found in told if found.surprise > SURPRISING]
     imu_s = track.recording.imus[0].time_s
-    measured = np.mean((track.time_s >= imu_s[0]) & (track.time_s <= imu_s[-1]))
+    last = np.searchsorted(imu_s, track.time_s, side="right") - 1
+    measured = np.mean((last >= 0) & (track.time_s - imu_s[last] < PAUSE_S))
     if not surprising or len(track.time_s) < LEAST_FRAMES or measured < LEAST_MEASURED:
         return ()
     surprising.sort(key=lambda found: -found.surprise)

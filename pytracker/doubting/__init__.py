@@ -12,6 +12,6 @@
 
 from __future__ import annotations
 
-from pytracker.doubts.doubts import doubts, is_unusable, unbelieved
+from pytracker.doubting.doubts import doubts, is_unusable, unbelieved
 
 __all__ = ["doubts", "is_unusable", "unbelieved"]
