@@ -111,6 +111,18 @@ def test_what_cannot_be_followed_live_is_refused(arm: pt.ArmRecording) -> None:
         next(live(arm, pt.Mixture(), str(at_hand(arm, "video.mp4")), iter([HEADER, "0,0,0,9.81,1,0,0,0"])))
 
 
+def test_a_sensor_that_says_nothing_is_told(tmp_path: Path) -> None:
+    """Where the camera ends before it is waited for no longer."""
+    folder = pt.simulate_arm(tmp_path / "arm", pt.ArmScene(duration_s=1.0), 1)
+
+    def silent() -> Iterator[str]:
+        yield HEADER
+        time.sleep(5.0)
+
+    with pytest.raises(pt.InputError, match="camera ended before a sample"):
+        next(live(pt.load(folder), pt.Mixture(), str(folder / "video.mp4"), silent()))
+
+
 def test_bursts_are_told_apart_by_the_sensors_own_clock() -> None:
     """A radio sends ten samples at a time; whatever the delay, times are as far apart as they were measured."""
     clock = SensorClock()

@@ -205,6 +205,8 @@ class _Following:
 
     def finish(self) -> Iterator[Estimated]:
         """What was still waited for."""
+        if self._is_waiting:
+            raise InputError("the camera ended before a sample of the sensor came, expected its lines")
         try:
             left = self._tracker.finish()
         except InputError as error:
