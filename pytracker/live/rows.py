@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from typing import Any, TextIO
 
-from pytracker.live.run import Estimated
+from pytracker.live.following import Estimated
 from pytracker.tracking.body_watch import in_words
 
 __all__ = ["Rows"]

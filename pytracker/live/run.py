@@ -6,65 +6,20 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator
-from dataclasses import dataclass
 
-from pytracker._core import Estimate, InputError, Observation, Tracker
+from pytracker._core import InputError, Observation, Tracker
 from pytracker.formats.video import Frame
 from pytracker.live.camera import camera_frames
+from pytracker.live.following import FEW, Estimated, Following, Live
 from pytracker.live.sensor import sensor_samples
-from pytracker.live.subject import Subject, live_subject
+from pytracker.live.subject import live_subject
 from pytracker.methods.method import Method
 from pytracker.recording.recording import Recording
-from pytracker.tracking.body_watch import Words
 
-__all__ = ["Estimated", "Live", "live"]
+__all__ = ["live"]
 
 WAITING = 2
 """Frames that wait; more are left out, as what is said late is of no use."""
-SILENT_S = 10.0
-"""No sensor is waited for longer."""
-FEW = 5
-"""Of what is left out so many are said one by one."""
-
-
-@dataclass
-class Live:
-    """What happened so far.
-
-    Attributes:
-        frames: so many were tracked.
-        invalid: of these so many with a reason against them.
-        skipped: frames that came faster than they were worked on, and were left out.
-        refused: observations that the tracker could not use, such as those that came too late.
-        unread: lines of the sensor that were left out.
-    """
-
-    frames: int = 0
-    invalid: int = 0
-    skipped: int = 0
-    refused: int = 0
-    unread: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Estimated:
-    """An estimate as it comes.
-
-    Attributes:
-        estimate: where all is.
-        frame: number of its frame.
-        words: what speaks against each joint, `""` for the frame; of an arm for the frame alone. Empty where nothing
-            does.
-    """
-
-    estimate: Estimate
-    frame: int
-    words: Words
-
-    @property
-    def is_valid(self) -> bool:
-        """Whether nothing speaks against any of it."""
-        return not any(self.words.values())
 
 
 class _Coming:
@@ -162,7 +117,7 @@ def live(
     coming.read_camera(camera_frames(camera, clock, late_s))
     if subject.worn is not None and sensor is not None:
         coming.read_sensor(sensor_samples(sensor, subject.worn, clock, unread))
-    following = _Following(subject, tracker, counts, warn)
+    following = Following(subject, tracker, counts, warn)
     try:
         while (found := coming.arrived.get()) is not None:
             if isinstance(found, Exception):
@@ -173,53 +128,3 @@ def live(
         yield from following.finish()
     finally:
         coming.close()
-
-
-class _Following:
-    """A tracker that is given what arrives; an arm's frames count from its sensor's first sample on."""
-
-    def __init__(self, subject: Subject, tracker: Tracker, counts: Live, warn: Callable[[str], None]) -> None:
-        self._subject, self._tracker, self._counts, self._warn = subject, tracker, counts, warn
-        self._is_waiting = subject.worn is not None
-        self._frames: dict[float, int] = {}
-
-    def take(self, found: Frame | Observation) -> Iterator[Estimated]:
-        """An estimate where one is due."""
-        if isinstance(found, Frame):
-            observation = self._subject.see(found)
-            if self._is_waiting:
-                if found.time_s > SILENT_S:
-                    raise InputError(f"no sample of the sensor came within {SILENT_S:.0f} s, expected its lines")
-                return
-            self._frames[found.time_s] = found.index
-        else:
-            observation, self._is_waiting = found, False
-        try:
-            estimate = self._tracker.observe(observation)
-        except InputError as error:
-            self._frames.pop(observation.time_s, None)
-            self._refused(error)
-            return
-        if estimate is not None:
-            yield self._told(estimate)
-
-    def finish(self) -> Iterator[Estimated]:
-        """What was still waited for."""
-        if self._is_waiting:
-            raise InputError("the camera ended before a sample of the sensor came, expected its lines")
-        try:
-            left = self._tracker.finish()
-        except InputError as error:
-            self._refused(error)
-            return
-        yield from map(self._told, left)
-
-    def _told(self, estimate: Estimate) -> Estimated:
-        found = Estimated(estimate, self._frames.pop(estimate.time_s), self._subject.words(estimate))
-        self._counts.frames, self._counts.invalid = self._counts.frames + 1, self._counts.invalid + (not found.is_valid)
-        return found
-
-    def _refused(self, error: InputError) -> None:
-        self._counts.refused += 1
-        if self._counts.refused <= FEW:
-            self._warn(str(error))

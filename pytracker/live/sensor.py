@@ -31,7 +31,7 @@ EARLY_S, LATE_S = 0.1, 3.0
 """No sample is measured after it arrives, nor is on its way so long."""
 STRANGE_S = 0.5
 """A clock that says so for longer was set anew; for less it is one time that is wrong."""
-AS_FAST = (0.1, 10.0)
+AS_FAST = (0.02, 50.0)
 """Seconds of the sensor in a second of ours, in the first of which what was waiting comes at once: others are no
 seconds."""
 
