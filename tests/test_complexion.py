@@ -72,6 +72,12 @@ def test_a_face_whose_red_is_blue(face: np.ndarray | tuple[float, ...], is_so: b
     assert red_is_blue(picture(face), wall(), HEAD, PX_PER_M) == is_so  # type: ignore[arg-type]
 
 
+def test_where_no_face_is_seen_none_is_blue() -> None:
+    """The first pose is beside the person, out of the picture, or nowhere."""
+    for head in (np.array([140.0, 100.0]), np.array([-500.0, 40.0]), np.full(2, np.nan)):
+        assert not red_is_blue(picture(TYPICAL_BGR[::-1]), wall(), head, PX_PER_M)
+
+
 def test_a_blue_scarf_below_a_dark_face_is_none() -> None:
     image = picture((45, 60, 85))
     image[41:, 45:76] = (140, 105, 90)

@@ -85,8 +85,8 @@ def files_of(room: str) -> list[Path]:
 
 def needs() -> dict[str, set[str]]:
     """Which rooms, folders and files of the package, each imports: anywhere in it, for types alone too."""
-    rooms = {path.name.removesuffix(".py") for path in PACKAGE.iterdir() if path.suffix == ".py" or path.is_dir()}
-    rooms -= {"__pycache__", "__init__", "__main__"}
+    there = [*PACKAGE.glob("*.py"), *(path.parent for path in PACKAGE.glob("*/__init__.py"))]
+    rooms = {path.name.removesuffix(".py") for path in there} - {"__init__", "__main__"}
     found = {room: {room_of(module) for path in files_of(room) for module in imports(path)} for room in rooms}
     return {room: others - {room, ""} for room, others in found.items()}
 

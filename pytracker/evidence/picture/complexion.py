@@ -71,12 +71,12 @@ def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float)
 
 def red_is_blue(image: Image, background: Image, head: Array, px_per_m: float) -> bool:
     """Whether the face is one with red and blue exchanged alone: a picture that was written from RGB. As above."""
-    parts = _looked(image, background, head, px_per_m)
+    parts = [part for part in _looked(image, background, head, px_per_m) if len(part)]
     # A face that is dark, or dim, is redder than blue all the same.
-    if any(_is_usual(part) or np.median(part[:, 2]) > REDDER * np.median(part[:, 0]) for part in parts if len(part)):
+    if any(_is_usual(part) or np.median(part[:, 2]) > REDDER * np.median(part[:, 0]) for part in parts):
         return False
-    bluest = max(parts, key=lambda part: float(np.median(_ycc(part)[:, 2])))
-    return len(bluest) > 0 and _is_usual(bluest[:, ::-1])
+    bluest = max(parts, key=lambda part: float(np.median(_ycc(part)[:, 2])), default=None)
+    return bluest is not None and _is_usual(bluest[:, ::-1])
 
 
 def _looked(image: Image, background: Image, head: Array, px_per_m: float) -> list[Image]:
