@@ -16,7 +16,6 @@ from pytracker.cli.options import Folder, Force, Seed, check_new, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
 from pytracker.live import Live, Rows
 from pytracker.live import live as estimates_of
-from pytracker.tracking.body_watch import in_words
 
 __all__ = ["commands"]
 
@@ -67,10 +66,9 @@ def live(
                 if rows is None:  # not before something is known to come: an older file is kept until then
                     rows = Rows(sys.stdout if out is None else open_until_the_end.enter_context(_opened(out)))
                 rows.write(found)
-                words = in_words({joint: why for joint, why in found.words.items() if why})
-                if words != said:
-                    print(f"{found.estimate.time_s:.2f} s: {words or 'right again'}", file=sys.stderr)
-                    said = words
+                if found.reason != said:
+                    print(f"{found.estimate.time_s:.2f} s: {found.reason or 'right again'}", file=sys.stderr)
+                    said = found.reason
     finally:
         _say(counts)
     if not counts.frames:

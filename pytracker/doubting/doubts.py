@@ -31,9 +31,9 @@ FEW_VALID = 0.5
 def doubts(track: Track) -> tuple[str, ...]:
     """Warnings, in words; empty where nothing speaks against the track.
 
-    An arm's patch should move as its sensor does by the clocks that are given (`of_clocks`). Its first `MOST_FRAMES`
-    frames are tracked again under other descriptions (`suspects`): heading, clock, mount, lengths, shoulder, camera, a
-    mirrored picture; by `PROBE`, some of them by `HELD` too. Where it was smoothed, lengths, shoulder and cameras
+    An arm's patch should move as its sensor does by the clocks that are given (`of_clocks`). Its first
+    frames are tracked again under other descriptions (`description`): heading, clock, mount, lengths, shoulder, camera,
+    a mirrored picture. Where it was smoothed, lengths, shoulder and cameras
     should be what they are said to be, and the patch where it is said to be. Where nothing of this was said, its elbow
     should hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. Of a
     body's trunk and arms most should lie on the foreground, which should be no larger than a person, and its head be

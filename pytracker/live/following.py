@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pytracker._core import Estimate, InputError, Observation, Tracker
 from pytracker.formats.video import Frame
 from pytracker.live.subject import Subject
-from pytracker.tracking.body_watch import Words
+from pytracker.tracking.body_watch import Words, in_words
 
 __all__ = ["FEW", "Estimated", "Following", "Live"]
 
@@ -44,8 +44,8 @@ class Estimated:
     Attributes:
         estimate: where all is.
         frame: number of its frame.
-        words: what speaks against each joint, `""` for the frame; of an arm for the frame alone. Empty where nothing
-            does.
+        words: what speaks against each joint, `""` for the frame; of an arm for the frame alone.
+            Each is empty where nothing does.
     """
 
     estimate: Estimate
@@ -53,9 +53,9 @@ class Estimated:
     words: Words
 
     @property
-    def is_valid(self) -> bool:
-        """Whether nothing speaks against any of it."""
-        return not any(self.words.values())
+    def reason(self) -> str:
+        """All of these words; empty where nothing speaks against any of it."""
+        return in_words({joint: why for joint, why in self.words.items() if why})
 
 
 class Following:
@@ -99,7 +99,7 @@ class Following:
 
     def _told(self, estimate: Estimate) -> Estimated:
         found = Estimated(estimate, self._frames.pop(estimate.time_s), self._subject.words(estimate))
-        self._counts.frames, self._counts.invalid = self._counts.frames + 1, self._counts.invalid + (not found.is_valid)
+        self._counts.frames, self._counts.invalid = self._counts.frames + 1, self._counts.invalid + bool(found.reason)
         return found
 
     def _refused(self, error: InputError) -> None:

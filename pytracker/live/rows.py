@@ -6,11 +6,9 @@ import csv
 from typing import Any, TextIO
 
 from pytracker.live.following import Estimated
-from pytracker.tracking.body_watch import in_words
+from pytracker.tracking.tracks import QUANTITIES
 
 __all__ = ["Rows"]
-
-QUANTITIES = (("", "mean"), ("_sd", "sd"), ("_lo", "lo"), ("_hi", "hi"))
 
 
 class Rows:
@@ -40,6 +38,5 @@ class Rows:
         if not self._has_header:
             self._writer.writerow([*names, "valid", "reason"])
             self._has_header = True
-        said = {joint: why for joint, why in found.words.items() if why}
-        self._writer.writerow([*cells, int(found.is_valid), in_words(said)])
+        self._writer.writerow([*cells, int(not found.reason), found.reason])
         self._file.flush()

@@ -21,7 +21,7 @@ __all__ = ["Subject", "live_subject"]
 
 
 ABOUT_THERE = {"position_start_sd_m": 0.15, "velocity_start_sd": 0.3}
-"""How well an arm begins as in the recording's first frame, m and m/s."""
+"""How well an arm begins as in the recording's first frame, at best, m and m/s."""
 
 
 class Subject(Protocol):
@@ -41,7 +41,7 @@ class Subject(Protocol):
     def words(self, estimate: Estimate) -> Words:
         """What speaks against each joint of an estimate, `""` for the frame, of an arm for the frame alone.
 
-        Empty where nothing does. It is asked about once and in order of time.
+        Each is empty where nothing does. It is asked about once and in order of time.
         """
 
 
@@ -77,7 +77,8 @@ class LiveArm:
                 "the patch that one camera sees: expected a recording with one video and patch_box"
             )
         self.worn = recording.imus[0].worn
-        spreads = {**recording.spreads, **ABOUT_THERE}
+        known = recording.spreads
+        spreads = {**known, **{name: max(sd, known.get(name, 0.0)) for name, sd in ABOUT_THERE.items()}}
         self.recording = dataclasses.replace(recording, imus=recording.imus[:1], landmarks=(), spreads=spreads)
         self._size = probe(view.video)
         self._patch = PatchTracker(next(frames_of(view.video)).image, view.patch_box)

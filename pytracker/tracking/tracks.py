@@ -14,7 +14,10 @@ from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.recording.recording import Recording
 from pytracker.rotation import Array
 
-__all__ = ["JointTrack", "Track", "where_of"]
+__all__ = ["QUANTITIES", "JointTrack", "Track", "where_of"]
+
+QUANTITIES = (("", "mean"), ("_sd", "sd"), ("_lo", "lo"), ("_hi", "hi"))
+"""How a joint's columns end in tables, and what they are."""
 
 
 @dataclass(frozen=True, eq=False)

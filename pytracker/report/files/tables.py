@@ -19,7 +19,7 @@ from pytracker.report.files.json_file import write_json
 from pytracker.rotation import Array
 from pytracker.scores.evaluate import Scores
 from pytracker.tracking.body import BodyTrack
-from pytracker.tracking.tracks import JointTrack, Track
+from pytracker.tracking.tracks import QUANTITIES, JointTrack, Track
 
 __all__ = [
     "TrackFile",
@@ -30,8 +30,6 @@ __all__ = [
     "write_scores",
     "write_track",
 ]
-
-QUANTITIES = (("", "mean"), ("_sd", "sd"), ("_lo", "lo"), ("_hi", "hi"))
 
 
 def write_track(path: Path, track: Track) -> None:
