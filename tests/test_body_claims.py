@@ -50,8 +50,9 @@ def test_recordings_by_another_renderer(
 ) -> None:
     """With the wrist where it is, at the end of the whole forearm: 7.5 cm farther out than the end of `radius`."""
     recording = load_body(shared(f"recordings/{name}"))
-    assert average_m(recording, pt.BodyPlain(), range(1, 11)) <= plain_m
-    assert average_m(recording, pt.Partitioned(), range(1, 11)) <= best_m
+    seeds = range(1, 11 if IS_ACCEPTANCE else 5)
+    assert average_m(recording, pt.BodyPlain(), seeds) <= plain_m
+    assert average_m(recording, pt.Partitioned(), seeds) <= best_m
 
 
 def test_bands_in_depth_are_wide_where_the_depth_is_wrong(shared: Callable[[str], Path]) -> None:
@@ -105,38 +106,33 @@ def test_a_freed_back_helps_where_the_back_bends(shared: Callable[[str], Path]) 
     assert average_m(recording, freed, seeds) < average_m(recording, pt.Partitioned(), seeds)
 
 
-def people(
-    factory: pytest.TempPathFactory, name: str, scene: pt.BodyScene, count: int = PEOPLE
-) -> list[pt.BodyRecording]:
-    """Simulated ones of so many seeds."""
+def people(factory: pytest.TempPathFactory, name: str, scene: pt.BodyScene) -> list[pt.BodyRecording]:
+    """Simulated ones."""
 
     def make(folder: Path) -> None:
         folder.mkdir()
-        for seed in range(1, count + 1):
+        for seed in range(1, PEOPLE + 1):
             pt.simulate_body(folder / str(seed), scene, seed)
 
     folder = made_once(factory, name, make)
-    return [load_body(folder / str(seed)) for seed in range(1, count + 1)]
+    return [load_body(folder / str(seed)) for seed in range(1, PEOPLE + 1)]
 
 
 @pytest.fixture(scope="module")
-def ten_clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
-    return people(tmp_path_factory, "clips", pt.BodyScene(duration_s=4.0), 10)
+def clips(tmp_path_factory: pytest.TempPathFactory) -> list[pt.BodyRecording]:
+    return people(tmp_path_factory, "clips", pt.BodyScene(duration_s=4.0))
 
 
-@pytest.fixture(scope="module")
-def clips(ten_clips: list[pt.BodyRecording]) -> list[pt.BodyRecording]:
-    return ten_clips[:PEOPLE]
+def test_more_particles_help_most_up_to_300(clips: list[pt.BodyRecording]) -> None:
+    """Fig. 5: the gain from 300 to 3000, over ten people, is small beside that to 300 (17.3, 14.7, 14.2 cm)."""
 
+    def error_m(particles: int, seeds: range) -> float:
+        return float(np.mean([average_m(clip, pt.BodyPlain(particles=particles), seeds) for clip in clips]))
 
-def test_more_particles_help_most_up_to_300(ten_clips: list[pt.BodyRecording]) -> None:
-    """Fig. 5: the gain from 300 to 3000 is small beside that from 10 to 300 (measured: 17.3, 14.7, 14.2 cm)."""
-    seeds = {10: range(1, 3), 300: range(1, 3), 3000: range(1, 4 if IS_ACCEPTANCE else 2)}
-    error = {
-        n: np.mean([average_m(clip, pt.BodyPlain(particles=n), of) for clip in ten_clips]) for n, of in seeds.items()
-    }
-    assert error[10] > error[300] + 0.01
-    assert error[300] - error[3000] < 0.5 * (error[10] - error[300])
+    few, usual = error_m(10, range(1, 3)), error_m(300, range(1, 3))
+    assert few > usual + 0.01
+    if IS_ACCEPTANCE:
+        assert usual - error_m(3000, range(1, 4)) < 0.5 * (few - usual)
 
 
 def test_the_default_is_better_than_the_paper(clips: list[pt.BodyRecording]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import IS_ACCEPTANCE
 from hidden_imu import EVERY, hidden, known_file, otherwise, rows_of, written
 from typer.testing import CliRunner
 
@@ -70,6 +71,7 @@ def test_of_a_sensor_of_another_take_nothing_is_written(gesturing: Path, tmp_pat
     assert [draft.get(f"imu.{key}") for key in ("offset_s", "heading_deg", "mount")] == [None, None, None]
 
 
+@pytest.mark.skipif(not IS_ACCEPTANCE, reason="takes a minute; the reach below tells mounts apart in every run")
 def test_where_a_circle_fits_two_mounts_the_elbow_tells(tmp_path: Path) -> None:
     """A mount that is 80° off explains this circle better; its elbow is above the line from shoulder to wrist."""
     true = pt.simulate_arm(tmp_path / "true", pt.ArmScene(worn=True, pattern="circle"), 102)
