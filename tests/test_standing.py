@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from pytracker.evidence import PatchTracker
+from pytracker.evidence.patch.beside import Beside
 from pytracker.evidence.patch.camshift import TOGETHER
+from pytracker.evidence.patch.colour import Piece
 from pytracker.evidence.patch.standing import Standing
 from pytracker.formats.video import Image
 
@@ -106,10 +108,38 @@ def test_a_patch_whose_box_holds_two_pieces_of_it_is_all_of_them() -> None:
 
 def test_a_thing_that_is_seen_where_it_stood_is_not_followed_to_what_is_beside_it() -> None:
     """Half hidden, it drew the patch among what is no patch, which was never found again: 20 % of frames were valid."""
-    tracker = PatchTracker(picture((245.0, 100.0), [MUG]), (235, 90, 21, 21))
-    tracker.update(picture((244.0, 100.0), [MUG]))
-    mug, beside = np.array([150.0, 105.0]), np.array([172.0, 100.0])
-    (other,) = tracker._others_among([mug, beside])
-    assert np.hypot(*(other - MUG)) < 2.0
+    standing = Standing(255 * (picture((245.0, 100.0), [MUG])[..., 0] > 170).astype(np.uint8), (235, 90, 21, 21), 1)
+    things = Beside(standing, 31.0)
+    mug, moved, beside = (
+        Piece(np.array(at, dtype=float), 400.0, 1.0, (0, 0, 21, 21)) for at in (MUG, (150, 105), (172, 100))
+    )
+    things.learn([mug])
+    things.follow([moved, beside])
+    assert things.near(mug.centre)[0].centre is mug.centre
     # Where it is gone from its place, what is near may be it.
-    assert any(np.array_equal(one, beside) for one in tracker._others_among([beside]))
+    things.follow([beside])
+    assert things.near(beside.centre)[0].centre is beside.centre
+
+
+@pytest.mark.parametrize("speed", [-5, -2, 3])
+@pytest.mark.parametrize("half", [7, 14])
+def test_a_thing_that_passes_the_patch_is_not_taken_for_it_nor_the_patch_for_it(half: int, speed: int) -> None:
+    """Once both had been one piece, the patch was another's for good, or what passed was followed."""
+    noise = np.random.default_rng(half)
+
+    def shown(u: float, passing: float) -> Image:
+        image = picture((u, 100.0), [], frame=round(passing))
+        low, high = max(0, round(passing) - half), max(0, round(passing) + half)
+        image[95 - half : 95 + half, low:high] = BLUE
+        return np.asarray(np.clip(image + noise.normal(0, 3, image.shape), 0, 255), dtype=np.uint8)
+
+    far = 160.0 - 60.0 * np.sign(speed) * abs(speed)
+    tracker = PatchTracker(shown(160.0, -50.0), (150, 90, 21, 21))
+    found = []
+    for k in range(120):
+        u = 160.0 + 10.0 * np.sin(0.1 * k)
+        found.append((u, tracker.update(shown(u, far + speed * k))))
+    off = [abs(one.pixel[0] - round(u)) for u, one in found if one.valid]
+    assert max(off) < 15.0
+    assert len(off) > 60
+    assert all(one.valid for _, one in found[-10:])

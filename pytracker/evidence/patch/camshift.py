@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.evidence.patch.beside import GREW, Beside
 from pytracker.evidence.patch.colour import Box, CamshiftParameters, PatchColour, Piece
 from pytracker.evidence.patch.standing import Standing, in_one_piece
 from pytracker.evidence.picture.smaller import LEAST_PX, place_in_frame, smaller
@@ -35,6 +36,7 @@ REACH_PX = 12
 DARK = 32.0
 """A first frame whose mean is less shows nothing: the video fades in, or begins black."""
 TOGETHER = "beside something of its colour that stands there"
+JOINED = "in one piece with something of its colour that goes by"
 SMALLER_PX = 8.0
 """What stands beside the patch is looked for in a picture so small that the patch is no smaller than this."""
 
@@ -96,7 +98,7 @@ class PatchTracker:
                 f"patch box {list(box)} holds {0 if found is None else found.mass:.0f} pixels of a colour that its "
                 f"surroundings do not have in the first frame, expected at least 9: {hint}"
             )
-        self._first = found
+        self._first, self._mass = found, found.mass
         self._size = float(np.sqrt(found.mass))
         self._times_smaller = int(max(1, min(self._size // SMALLER_PX, min(image.shape[:2]) // LEAST_PX)))
         self._standing = Standing(self._coloured(image), box, self._times_smaller)
@@ -105,7 +107,7 @@ class PatchTracker:
         self._box = found.box
         self._lost = False
         self._candidates: list[Float] = []
-        self._others: list[Float] = []
+        self._beside = Beside(self._standing, self.parameters.max_jump * self._size)
         self._last_image: Image | None = None
 
     def update(self, image: Image) -> PatchSighting:
@@ -122,21 +124,31 @@ class PatchTracker:
         if found is None or reason:
             self._lost = True
             return PatchSighting((np.nan, np.nan), False, reason)
-        self._accept(found, image)
+        if not self._accept(found, image):
+            self._lost = True
+            return PatchSighting((np.nan, np.nan), False, JOINED)
         if self._standing.is_covered(found.box):
             return PatchSighting((np.nan, np.nan), False, TOGETHER)
         return PatchSighting((float(found.centre[0]), float(found.centre[1])), True, "")
 
-    def _accept(self, found: Piece, image: Image) -> None:
+    def _accept(self, found: Piece, image: Image) -> bool:
+        """Whether it is the patch alone, from which it goes on."""
+        # What is beside the patch is not the patch: it must not be taken for it after a loss.
+        back = self._colour.back_projection(smaller(image, self._times_smaller))
+        pieces = self._pieces(back, self._times_smaller)
+        beside = [piece for piece in pieces if not self._beside.is_near(piece.centre, found.centre)]
+        joined = self._beside.joined(beside, _grown(found.box, REACH_PX))
+        if joined and found.mass > GREW * self._mass:
+            self._beside.follow(pieces)
+            return False
+        self._beside.learn(beside)
+        self._mass = found.mass
         moved = found.centre - self._centre
         self._velocity = np.zeros(2) if self._lost else moved
         self._centre, self._box, self._lost = found.centre, found.box, False
         self._candidates = []
-        # What is beside the patch is not the patch: it must not be taken for it after a loss.
-        back = self._colour.back_projection(smaller(image, self._times_smaller))
-        beside = (piece.centre for piece in self._pieces(back, self._times_smaller))
-        self._others = [centre for centre in beside if not self._near(centre, found.centre)]
         self._standing.learn(self._of_colour(back), _grown(found.box, REACH_PX))
+        return True
 
     def _coloured(self, image: Image) -> Image:
         """Where the smaller picture is of the patch's colour, 0 or 255."""
@@ -148,10 +160,10 @@ class PatchTracker:
     def _pieces(self, back: Image, times: int = 1) -> list[Piece]:
         """Everything of the patch's colour that is not much smaller, of a picture so many times smaller.
 
-        Centres are pixels of the frame, masses and boxes of the smaller picture.
+        Centres and masses are pixels of the frame, boxes of the smaller picture.
         """
         pieces = self._colour.pieces(back, self.parameters.min_mass * self._first.mass / times**2)
-        return [replace(piece, centre=place_in_frame(piece.centre, times)) for piece in pieces]
+        return [replace(one, centre=place_in_frame(one.centre, times), mass=one.mass * times**2) for one in pieces]
 
     def _window(self, image: Image) -> Box:
         """Where to look: the last window, carried on by the velocity, never smaller than the patch."""
@@ -203,9 +215,10 @@ class PatchTracker:
         if aspect > p.max_aspect:
             return f"patch too long ({aspect:.1f} times the first frame's aspect)"
         expected = self._centre + self._velocity
-        if any(_distance(found.centre, o) < _distance(found.centre, expected) for o in self._others):
+        off = _distance(found.centre, expected)
+        if any(_distance(found.centre, thing.centre) < off for thing in self._beside.things):
             return "something else of the patch's colour"
-        jump = _distance(found.centre, expected) / self._size
+        jump = off / self._size
         if jump > p.max_jump:
             return f"patch jumped by {jump:.1f} of its size"
         return ""
@@ -214,34 +227,20 @@ class PatchTracker:
         """Look over the whole frame for the patch, passing over what already stood beside it."""
         back = self._colour.back_projection(image)
         pieces = self._pieces(back)
-        self._others = self._others_among([piece.centre for piece in pieces])
+        self._beside.follow(pieces)
         found = [piece for piece in pieces if self._looks_right(piece) and self._is_no_other(piece, pieces)]
         if not found:
             return None, "patch not found again"
         best = max(found, key=lambda blob: blob.mass)
         return best, "" if self._agrees(best) else "patch found again, not yet believed"
 
-    def _others_among(self, seen: list[Float]) -> list[Float]:
-        """Where what is beside the patch is now, of the centres of all that is seen."""
-        standing = [centre for centre in seen if self._standing.is_at(centre)]
-        # What stands and is seen there is not followed to what is beside it: that may be the patch.
-        still = [other for other in self._others if any(self._near(other, centre) for centre in standing)]
-        moving = [other for other in self._others if not any(self._near(other, centre) for centre in standing)]
-        others = [centre for centre in seen if any(self._near(centre, other) for other in moving)]
-        # Those that were hidden for now stay known; those that moved are followed.
-        hidden = [other for other in moving if not any(self._near(other, centre) for centre in others)]
-        return still + others + hidden
-
     def _is_no_other(self, piece: Piece, pieces: list[Piece]) -> bool:
         """Whether it is none of what is beside the patch: by itself, or beside one that stands where it stood."""
         if self._standing.is_covered(piece.box):
             return False
         standing = [one.centre for one in pieces if one is not piece and self._standing.is_at(one.centre)]
-        beside = [other for other in self._others if self._near(piece.centre, other)]
-        return all(any(self._near(other, one) for one in standing) for other in beside)
-
-    def _near(self, a: Float, b: Float) -> bool:
-        return _distance(a, b) < self.parameters.max_jump * self._size
+        things = self._beside.near(piece.centre)
+        return all(any(self._beside.is_near(thing.centre, one) for one in standing) for thing in things)
 
     def _looks_right(self, found: Piece) -> bool:
         p = self.parameters
@@ -250,7 +249,7 @@ class PatchTracker:
 
     def _agrees(self, found: Piece) -> bool:
         """Whether it was already near here in the last frames: one look is not enough to believe it."""
-        near = [c for c in self._candidates if self._near(c, found.centre)]
+        near = [c for c in self._candidates if self._beside.is_near(c, found.centre)]
         self._candidates = [*near, found.centre]
         return len(self._candidates) >= self.parameters.agree
 

@@ -45,10 +45,19 @@ OFF_PERSON_M = 0.08
 ON_PERSON = 0.2
 """Of a detector's points more lie on the person: all of them on clips of people, 0.44 at least where the background is
 a median of the clip itself, which has some of who stands still."""
+FACE_M = 0.15
+"""What lies so near to the head's line may be on the face's skin, or the neck's."""
+ALONG = np.array([0.3, 0.5, 0.7, 0.9, 1.1, 1.3])
+"""Places along forearm and hand, of the way from elbow to wrist;"""
+BARE_M = 0.03
+BARE = 0.2
+"""such a share of those away from the face is so near to skin at least, of clips of people. A forearm has no place away
+from the face in none of their frames, and in those of people in sleeves whose face was taken for their hands."""
 MOST_M = 0.5
 ASKED = (
     *((wrist, UNKNOWN_M, "not known across the picture") for wrist in WRISTS),
     *((wrist, FAR_M, "no skin there") for wrist in WRISTS),
+    *((wrist, 0.5 * MOST_M, "no skin of this arm away from the face: long sleeves?") for wrist in WRISTS),
     *((joint, OFF_PERSON_M, "not where the person is") for joint in ARMS),
     ("", NOBODYS, "skin that no arm explains"),
 )
@@ -135,9 +144,24 @@ class BorneOut:
         nobodys = 0.0 if skin is None or is_told else _nobodys(skin[1], pixels, px_per_m)
         if skin is not None and nobodys > NOBODYS:
             nobodys = _nobodys(_without_others(skin[1], evidence.foreground, pixels, px_per_m), pixels, px_per_m)
-        row = np.minimum([*may_be_off, *off_skin, *off_person, nobodys], MOST_M)
+        not_bare = [MOST_M * (not self._is_bare(side, skin, px_per_m, pixels, is_there)) for side in SIDES]
+        row = np.minimum([*may_be_off, *off_skin, *not_bare, *off_person, nobodys], MOST_M)
         lately = mean_of_known(self._lately.take(time_s, row))
         return {joint: why for off, (joint, limit, why) in zip(lately, ASKED, strict=True) if off > limit}
+
+    def _is_bare(
+        self, side: str, skin: Region | None, px_per_m: float, pixels: Mapping[str, Array], is_there: Collection[str]
+    ) -> bool:
+        """Whether a forearm or its hand is on skin that is not the face's, or a point or a sensor tells where it is."""
+        elbow, wrist = (pixels[f"{side}_{joint}"] for joint in ("elbow", "wrist"))
+        if skin is None or f"{side}_wrist" in is_there or self._is_sensed[SIDES.index(side)]:
+            return True
+        along = elbow + (wrist - elbow) * ALONG[:, None]
+        away = along[to_line(along, *_head(pixels)) > FACE_M * px_per_m]
+        off = np.array([_distance(skin[0], at) for at in away])
+        # Where all of it is outside the picture nothing is known.
+        known = off[np.isfinite(off)]
+        return bool(len(off) and (not len(known) or (known < BARE_M * px_per_m).mean() >= BARE))
 
     def _by_skin(
         self, time_s: float, skin: Region, px_per_m: float, pixels: Mapping[str, Array], is_there: Collection[str]
