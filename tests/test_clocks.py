@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
 import pytracker as pt
-from pytracker.doubting.clocks import is_another
+from pytracker.doubting.clocks import clocks_in_words, is_another
 from pytracker.evidence.patch.clocks import Clock, find_clock
 from pytracker.evidence.patch.lag import explained_by
 from pytracker.inertial.gravity import GRAVITY
@@ -175,3 +176,52 @@ def test_a_sensor_that_pauses_is_of_this_take(pauses: list[tuple[float, float]])
     given, best = clocks
     assert given.explained > 0.85
     assert not is_another(given, best)
+
+
+def words_of(recording: pt.ArmRecording, sightings: pt.Sightings, near_s: float) -> str:
+    imu = recording.imus[0]
+    acceleration = rotate(imu.q_world_segment, imu.acc) - [0.0, 0.0, GRAVITY]
+    return clocks_in_words(sightings.time_s, sightings.pixels[:, 0], imu.time_s, acceleration, 400.0, near_s)
+
+
+def without_video(sightings: pt.Sightings, at_s: float, lost_s: float) -> pt.Sightings:
+    """Some of it cut out, what comes after at once."""
+    left = (sightings.time_s < at_s) | (sightings.time_s >= at_s + lost_s)
+    pixels = sightings.pixels[left]
+    return pt.Sightings(sightings.time_s[: len(pixels)], pixels, tuple(np.array(sightings.reasons)[left]))
+
+
+def without_samples(recording: pt.ArmRecording, at_s: float, lost_s: float) -> pt.ArmRecording:
+    """The same of the sensor's samples."""
+    imu = recording.imus[0]
+    left = (imu.time_s < at_s) | (imu.time_s >= at_s + lost_s)
+    q, acc = np.ascontiguousarray(imu.q_world_segment[left]), np.ascontiguousarray(imu.acc[left])
+    shorter = dataclasses.replace(imu, time_s=imu.time_s[: len(acc)], acc=acc, gyr=None, q_world_segment=q)
+    return dataclasses.replace(recording, imus=(shorter,))
+
+
+@pytest.mark.parametrize("near_s", [0.6, np.inf])
+@pytest.mark.parametrize("lost_s", [0.3, 1.0, 4.0])
+def test_frames_or_samples_that_are_missing_are_told(lost_s: float, near_s: float) -> None:
+    """They were called a turned heading, a mount, a mirrored picture, another take. Tuned on other seeds."""
+    for seed in (71, 72):
+        recording, sightings = simulated("gesture", 24.0, seed)
+        assert "missing" not in words_of(recording, sightings, near_s)
+        assert f"{lost_s:.1f}" in told_missing(
+            words_of(recording, without_video(sightings, 9.0, lost_s), near_s), "video"
+        )
+        assert f"{lost_s:.1f}" in told_missing(
+            words_of(without_samples(recording, 8.0, lost_s), sightings, near_s), "IMU"
+        )
+
+
+def told_missing(words: str, what: str) -> str:
+    """How long it is that is missing, to a tenth of a second."""
+    found = re.search(rf"([\d.]+) s of the {what} seem to be missing", words)
+    return f"{round(float(found[1]), 1):.1f}" if found else words
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle", "reach"])
+def test_another_turn_of_what_comes_round_is_no_step(pattern: str) -> None:
+    for seed in (71, 72, 73):
+        assert "missing" not in words_of(*simulated(pattern, 40.0, seed), 0.6)

@@ -12,10 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubting.clocks import words_of
+from pytracker.doubting.clocks import clocks_in_words
 from pytracker.doubting.doubts import is_unusable, unbelieved
 from pytracker.evidence.patch.camshift import PatchTrack
-from pytracker.evidence.patch.clocks import find_clock
 from pytracker.evidence.patch.hanging import LIES_STILL, rests_in_words, without_standing
 from pytracker.evidence.patch.lag import GRID_S, Lag, banded, find_lags
 from pytracker.evidence.sightings import Sightings
@@ -161,8 +160,7 @@ def _together(log: ImuLog, acceleration: Array, sightings: Sightings, px_per_m: 
     By any offset: whether one is given, and right, is looked at next.
     """
     frame_s, pixels = sightings.time_s, sightings.pixels[:, 0]
-    clocks = find_clock(frame_s, pixels, log.time_s, acceleration, near_s=np.inf)
-    wrong = "" if clocks is None else words_of(*clocks, px_per_m)
+    wrong = clocks_in_words(frame_s, pixels, log.time_s, acceleration, px_per_m, near_s=np.inf)
     return wrong, find_lags(frame_s, pixels, log.time_s, acceleration)
 
 

@@ -9,4 +9,5 @@
 | `candidates` | coloured things that move: one of them is the patch |
 | `landmarks` | shoulder and elbow, by further patches or keypoints |
 | `lag`, `clocks`, `hanging` | whether it moves as the sensor does: later, slower, or not at all |
+| `stepped` | whether it does so later from some time on |
 """

@@ -28,7 +28,7 @@ from pytracker.evidence.patch.lag import (
 from pytracker.rotation import Array
 from pytracker.series import noise_sd, without_spikes
 
-__all__ = ["FIRST_S", "SPIKE_PX", "Clock", "clock_as_given", "find_clock"]
+__all__ = ["FIRST_S", "NEAR_S", "SPIKE_PX", "Clock", "Way", "clock_as_given", "find_clock", "lively", "way_of"]
 
 MOST, STEP = 0.25, 0.005
 """Rates from 24 frames/s for 30, to those so near that a minute does not tell them apart."""
@@ -90,8 +90,15 @@ class Clock:
 
 
 @dataclass(frozen=True, eq=False)
-class _Way:
-    """The patch's way on the grid from a time on, `(G, 2)` px, and where it was seen, 1 or 0 `(G,)`."""
+class Way:
+    """The patch's way on the grid, as swift as is laid over each other.
+
+    Attributes:
+        from_s: begins `EDGE_S` before the first of them.
+        pixels: `(G, 2)`.
+        seen: where it was seen, 1 or 0 `(G,)`.
+        swift_px: how far it moves, RMS.
+    """
 
     from_s: float
     pixels: Array
@@ -109,7 +116,7 @@ def find_clock(
     `acceleration` `(M, 3)` is the IMU's at `imu_s`, by the video's clock as far as it is known, in an earth frame
     without gravity.
     """
-    way = _way(frame_s, _measured(frame_s, pixels, imu_s))
+    way = way_of(frame_s, pixels, imu_s)
     if way is None or len(imu_s) < 2:
         return None
     as_given = _laid(way, imu_s, acceleration, 0.0, near_s)
@@ -124,8 +131,8 @@ def find_clock(
     best = max((*as_given, *(clock for clock in others if abs(clock.later_s) < near_s)), key=_worth, default=None)
     if best is None:
         return None
-    lively = _lively(way.pixels[way.seen > 0])
-    given, best = (replace(clock, worth_s=lively * clock.worth_s) for clock in (given, best))
+    share = lively(way.pixels[way.seen > 0])
+    given, best = (replace(clock, worth_s=share * clock.worth_s) for clock in (given, best))
     return given, best
 
 
@@ -134,7 +141,7 @@ def clock_as_given(frame_s: Array, pixels: Array, imu_s: Array, acceleration: Ar
 
     None where `find_clock` finds none, or they overlap too briefly.
     """
-    way = _way(frame_s, _measured(frame_s, pixels, imu_s))
+    way = way_of(frame_s, pixels, imu_s)
     clocks = [] if way is None else _laid(way, imu_s, acceleration, 0.0, NEAR_S)
     return max((clock for clock in clocks if abs(clock.later_s) < NEAR_S), key=_worth, default=None)
 
@@ -147,8 +154,9 @@ def _measured(frame_s: Array, pixels: Array, imu_s: Array) -> Array:
     return np.where((imu_s[after] - imu_s[after - 1] > GAP_S)[:, None], np.nan, pixels)
 
 
-def _way(frame_s: Array, pixels: Array) -> _Way | None:
-    """Of the first minute; None where too little is seen of it, or it goes too slowly."""
+def way_of(frame_s: Array, pixels: Array, imu_s: Array) -> Way | None:
+    """Of the first minute; None where too little is seen of it while the IMU measures, or it goes too slowly."""
+    pixels = _measured(frame_s, pixels, imu_s)
     first = frame_s <= frame_s[0] + FIRST_S
     pixels = without_spikes(pixels, SPIKE_PX)
     seen = np.isfinite(pixels[first]).all(axis=1)
@@ -164,7 +172,7 @@ def _way(frame_s: Array, pixels: Array) -> _Way | None:
     noise_px = float(np.linalg.norm(noise_sd(pixels[first][seen]))) * np.sqrt(min(1.0, 2.0 * interval_s * BAND_HZ[1]))
     if not swift_px > max(LEAST_SWIFT * whole_px, LEAST_CLEAR * noise_px):
         return None
-    return _Way(from_s, way[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge], swift_px)
+    return Way(from_s, way[edge:-edge], was_seen(frame_s[first], pixels[first])[edge:-edge], swift_px)
 
 
 def _noise_m(acceleration: Array) -> float:
@@ -173,7 +181,7 @@ def _noise_m(acceleration: Array) -> float:
     return float(np.sqrt(2.0 * np.mean(np.square(density)) / (3.0 * np.pi * (2.0 * np.pi * BAND_HZ[0]) ** 3)))
 
 
-def _lively(camera: Array) -> float:
+def lively(camera: Array) -> float:
     """In how large a share of the time it moves: 1 where in all of it alike."""
     block = round(BLOCK_S / GRID_S)
     energy = np.square(camera[: len(camera) // block * block]).reshape(-1, block, 2).sum(axis=(1, 2))
@@ -184,7 +192,7 @@ def _worth(clock: Clock) -> float:
     return clock.worth_s
 
 
-def _laid(way: _Way, imu_s: Array, acceleration: Array, slower: float, near_s: float) -> list[Clock]:
+def _laid(way: Way, imu_s: Array, acceleration: Array, slower: float, near_s: float) -> list[Clock]:
     """At a rate: the best clock near the one that is given, and the best of all others."""
     if len(imu_s) < 2:
         return []
