@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from test_formats_imu import HEADER, load, write
 from test_imu_agreement import waving
 
@@ -153,7 +154,7 @@ def test_an_orientation_by_other_names_is_not_passed_over(tmp_path: Path, arm: A
     )
 
 
-@pytest.mark.parametrize("names", ["quat_1,quat_2,quat_3,quat_4", "q0,q1,q2,q3"])
+@pytest.mark.parametrize("names", ["quat_1,quat_2,quat_3,quat_4", "q0,q1,q2,q3", "q0(),q1(),q2(),q3()"])
 def test_a_numbered_quaternion_is_w_first_and_that_is_said(tmp_path: Path, arm: Array, names: str) -> None:
     assert f"columns {names.replace(',', ', ')} are taken as a quaternion's w, x, y, z" in told(
         tmp_path, arm, f"{NO_QUATERNION},{names}"
@@ -301,6 +302,13 @@ def held(arm: Array, columns: slice) -> Array:
     return table
 
 
+def dead(arm: Array) -> NDArray[np.bool_]:
+    """Where an accelerometer that is off says 0, 0, 0."""
+    found = np.zeros(arm.shape, dtype=bool)
+    found[FILLED, ACC] = True
+    return found
+
+
 @pytest.mark.parametrize(
     ("spoil", "words"),
     [
@@ -308,6 +316,8 @@ def held(arm: Array, columns: slice) -> Array:
         (lambda arm: filled(arm, 4), "readings of 50 samples lie on straight lines"),
         (lambda arm: held(arm, slice(1, 11)), "readings of 50 samples lie on straight lines"),
         (lambda arm: held(arm, QUATERNION), "orientations of 50 samples stay the same while the sensor moves"),
+        (lambda arm: held(arm, ACC), "accelerations of 50 samples stay the same while the sensor turns"),
+        (lambda arm: np.where(dead(arm), 0.0, arm), "accelerations of 50 samples stay the same while the sensor turns"),
     ],
 )
 def test_what_was_filled_in_or_hangs_is_a_gap_and_said(
@@ -338,6 +348,14 @@ def test_an_orientation_that_hangs_most_of_the_time_is_refused(arm: Array, has_g
         Path("imu.csv"), np.arange(len(arm)), arm[:, 0], arm[:, ACC], arm[:, GYR] if has_gyr else None, None, q
     )
     with pytest.raises(pt.InputError, match=r"imu\.csv:101: the orientation stays the same in 1299 of 2001 samples"):
+        check(log)
+
+
+def test_an_accelerometer_that_was_off_is_refused(arm: Array) -> None:
+    acc = arm[:, ACC].copy()
+    acc[100:1400] = 0.0
+    log = ImuLog(Path("imu.csv"), np.arange(len(arm)), arm[:, 0], acc, arm[:, GYR], None, arm[:, QUATERNION])
+    with pytest.raises(pt.InputError, match=r"imu\.csv:100: the acceleration stays the same in 1300 of 2001 samples"):
         check(log)
 
 

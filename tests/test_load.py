@@ -200,11 +200,11 @@ def test_a_second_camera_of_a_part_is_told(tmp_path: Path) -> None:
 
 
 def test_what_was_odd_of_the_sensor_is_said_with_a_start_that_does_not_fit(folder: Path) -> None:
-    """It may be why: of an orientation that was computed the heading is arbitrary."""
+    """It may be why: of an orientation that was computed heading_deg alone says the heading."""
     rows = [line.split(",") for line in (folder / "imu.csv").read_text("utf-8").splitlines()]
     kept = [k for k, name in enumerate(rows[0]) if not name.startswith("q_")]
     (folder / "imu.csv").write_text("\n".join(",".join(row[k] for k in kept) for row in rows), "utf-8")
-    with pytest.raises(pt.InputError, match=r"the elbow is .* and mount of the IMU; and .*the heading is arbitrary"):
+    with pytest.raises(pt.InputError, match=r"the elbow is .* and mount of the IMU; and .*its heading is what heading_deg says"):
         load_arm(edit(folder, 'segment = "right_forearm"', 'segment = "right_forearm"\nheading_deg = 0'))
 
 

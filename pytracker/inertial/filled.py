@@ -35,18 +35,21 @@ DIGITS = 5
 """Numbers of more decimals were computed, not rounded."""
 COARSE = 0.005
 """An orientation of coarser digits may stay the same."""
+COARSE_M_S2 = 0.1
+"""An acceleration of coarser digits may stay the same."""
 MOST_SHARE = 0.5
-"""An orientation that hangs in more than this share of the samples is none."""
+"""An orientation, or acceleration, that hangs in more than this share of the samples is none."""
 
 
 def without_filled(log: ImuLog) -> ImuLog:
     """The log without samples that nobody measured, each cause with a warning.
 
-    Raises `InputError` where the orientation hangs in most of them.
+    Raises `InputError` where orientation or acceleration hang in most of them.
     """
     for find, what, words in (
         (_on_lines, "readings", "lie on straight lines, to the last digit: filled in or held, not measured"),
         (_hanging, "orientations", "stay the same while the sensor moves: they hang"),
+        (_held_alone, "accelerations", "stay the same while the sensor turns, or are all 0: they hang"),
     ):
         found = find(log)
         spans = runs(found)
@@ -99,6 +102,26 @@ def _hanging(log: ImuLog) -> NDArray[np.bool_]:
             f"{log.path}:{log.lines[int(np.argmax(found))]}: the orientation stays the same in {int(found.sum())} of "
             f"{len(found)} samples while the sensor moves, expected it to turn: does the orientation stand still, or "
             "is it written too slowly?"
+        )
+    return found
+
+
+def _held_alone(log: ImuLog) -> NDArray[np.bool_]:
+    """Which samples have the acceleration of the one before though the sensor turns, or none at all `(M,)`."""
+    found = np.zeros(len(log.time_s), dtype=bool)
+    if log.acc is None or last_digit(log.acc, DIGITS) > COARSE_M_S2:
+        return found
+    is_none = np.all(log.acc == 0.0, axis=1)
+    for a, after in _long(is_none, log.time_s, RUN_S):
+        found[a:after] = True
+    same = np.concatenate([[False], np.all(log.acc[1:] == log.acc[:-1], axis=1)])
+    for a, after in _long(same, log.time_s, RUN_S):
+        found[a:after] |= _moves(log, a, after)
+    if found.mean() > MOST_SHARE:
+        raise InputError(
+            f"{log.path}:{log.lines[int(np.argmax(found))]}: the acceleration stays the same in {int(found.sum())} of "
+            f"{len(found)} samples while the sensor turns, expected gravity at least to turn with it: was the "
+            "accelerometer off?"
         )
     return found
 

@@ -12,12 +12,14 @@ from pytracker.inertial.bias import BY_GRAVITY, bias_at_rest, bias_by_gravity
 from pytracker.inertial.gravity import WINDOW_S, check_up, check_windows, unsteadiness
 from pytracker.inertial.log import ImuLog
 
-__all__ = ["LEAST_UNSTEADY", "STEADIER", "orient", "unsteadiness_by_gyroscope"]
+__all__ = ["AS_GIVEN", "LEAST_UNSTEADY", "STEADIER", "orient", "unsteadiness_by_gyroscope"]
 
 Float = NDArray[np.float64]
 
 MOST_STEPS = 4
 """Steps of VQF for every sample, at the most."""
+AS_GIVEN = "its heading is what heading_deg says"
+"""Of an orientation about which nothing else is odd."""
 BRIDGED_S = 1.0
 """Nobody knows how a sensor turned in a longer gap."""
 SILENT_S = 0.5
@@ -39,11 +41,11 @@ STEADIER = 0.4
 """Another gyroscope must leave gravity this much steadier."""
 
 
-def orient(log: ImuLog) -> ImuLog:
+def orient(log: ImuLog, *, has_heading: bool = False) -> ImuLog:
     """Fill in a missing orientation by VQF (Laidig & Seel 2023).
 
-    From gyroscope, acceleration and, where there is one, the magnetometer. Raises `InputError` without a gyroscope, or
-    where what comes of it contradicts gravity.
+    From gyroscope, acceleration and, where there is one, the magnetometer. `has_heading`: what its heading is in the
+    world is given. Raises `InputError` without a gyroscope, or where what comes of it contradicts gravity.
     """
     if log.q_world_sensor is not None:
         return log
@@ -57,11 +59,12 @@ def orient(log: ImuLog) -> ImuLog:
     bias, told_by = _bias(log)
     mag, none = _magnetometer(log)
     q = _by_vqf(log, log.gyr - bias, mag)
-    heading = (
-        f"{none}, so the heading is arbitrary: set heading_deg"
-        if mag is None
-        else "its heading is magnetic north along +y (ENU): set heading_deg to turn it to the world"
-    )
+    if has_heading:
+        heading = AS_GIVEN
+    elif mag is None:
+        heading = f"{none}, so the heading is arbitrary: set heading_deg"
+    else:
+        heading = "its heading is magnetic north along +y (ENU): set heading_deg to turn it to the world"
     warning = f"{log.path}: has no orientation; computed from its gyroscope by VQF; {heading}"
     if np.linalg.norm(bias) > BIASED:
         warning += f". {told_by} {np.round(bias, 3).tolist()} rad/s, which is taken off"

@@ -50,7 +50,7 @@ def load_imu(
             f"{place}.heading_deg is missing; {folder / entry.file} has no orientation, and one computed from "
             "its gyroscope has no heading, expected the turn about the vertical to the world in degrees"
         )
-    log = orient(log)
+    log = orient(log, has_heading=entry.heading_deg is not None)
     assert log.acc is not None
     assert log.q_world_sensor is not None
     # Its clock goes faster or slower than the video's from its first sample on.

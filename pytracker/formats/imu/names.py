@@ -50,7 +50,7 @@ OF_ROS = re.compile(r"(?:field\.)?linear_acceleration\.([xyz])")
 G_FORCE = re.compile(r"gf(?:orce)?([xyz])")
 """Physics Toolbox's, in g; its `ax` is without gravity."""
 QUATERNION = re.compile(r"(?:q|quat|quaternion|rotation|(?:field)?orientation)([wxyz])")
-NUMBERED = re.compile(r"(?:q|quat|quaternion|ori|orientation)[ _.]?([0-4])")
+NUMBERED = re.compile(r"(?:q|quat|quaternion|ori|orientation)[ _.]?([0-4]) ?(?:\(\)|\[\])?")
 DEGREES = 0.017453292519943295
 UNITS: dict[str, dict[str, float]] = {
     "time": {

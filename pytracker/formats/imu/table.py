@@ -38,7 +38,7 @@ ACC = ("acc_x", "acc_y", "acc_z")
 GYR = ("gyr_x", "gyr_y", "gyr_z")
 MAG = ("mag_x", "mag_y", "mag_z")
 ORIENTATION_LIKE = re.compile(
-    r"(q|quat|quaternion|ori|orientation)[ _.]?(0|1|2|3|w|x|y|z|i|j|k|real|si)$|(roll|pitch|yaw|euler\b)"
+    r"(q|quat|quaternion|ori|orientation)[ _.]?(0|1|2|3|w|x|y|z|i|j|k|real|si) ?(\(\)|\[\])?$|(roll|pitch|yaw|euler\b)"
 )
 """How others name an orientation; what is not read must not be passed over."""
 TURN_LIKE = re.compile(r".*(gyr|omega|ang(ular)?_?(vel|rate)|turn_?rate|rot(ation)?_?rate)")

@@ -13,7 +13,7 @@ from pytracker.inertial.bursts import evened
 from pytracker.inertial.check import check
 from pytracker.inertial.conventions import Conventions, in_our_terms
 from pytracker.inertial.log import ImuLog
-from pytracker.inertial.orientation import orient
+from pytracker.inertial.orientation import AS_GIVEN, orient
 from pytracker.recording.schema import ImuEntry
 from pytracker.setup.checks.findings import Finding
 from pytracker.setup.conventions import find_conventions
@@ -50,16 +50,15 @@ def check_imu(draft: Draft, imu: str = "imu") -> tuple[list[Finding], ImuLog | N
     ]
     best = dataclasses.replace(found.conventions, **{name: getattr(given, name) for name in found.unknown})
     try:
-        checked = orient(check(in_our_terms(log, best)))
+        has_heading = draft.get(f"{imu}.heading_deg") is not None
+        checked = orient(check(in_our_terms(log, best)), has_heading=has_heading)
     except InputError as error:
         return [*findings, Finding("IMU and itself", "wrong", str(error))], None
     said = "; ".join(checked.warnings)
-    return [
-        *findings,
-        Finding("IMU and itself", "doubtful", said)
-        if checked.warnings
-        else Finding("IMU and itself", "right", "gravity, turns and times agree with each other, and nothing hangs"),
-    ], checked
+    if any(not words.endswith(AS_GIVEN) for words in checked.warnings):
+        return [*findings, Finding("IMU and itself", "doubtful", said)], checked
+    agree = "gravity, turns and times agree with each other, and nothing hangs"
+    return [*findings, Finding("IMU and itself", "right", "; ".join(filter(None, (agree, said))))], checked
 
 
 def check_others(draft: Draft, first: int) -> list[Finding]:
