@@ -204,7 +204,9 @@ def test_what_was_odd_of_the_sensor_is_said_with_a_start_that_does_not_fit(folde
     rows = [line.split(",") for line in (folder / "imu.csv").read_text("utf-8").splitlines()]
     kept = [k for k, name in enumerate(rows[0]) if not name.startswith("q_")]
     (folder / "imu.csv").write_text("\n".join(",".join(row[k] for k in kept) for row in rows), "utf-8")
-    with pytest.raises(pt.InputError, match=r"the elbow is .* and mount of the IMU; and .*its heading is what heading_deg says"):
+    with pytest.raises(
+        pt.InputError, match=r"the elbow is .* and mount of the IMU; and .*its heading is what heading_deg says"
+    ):
         load_arm(edit(folder, 'segment = "right_forearm"', 'segment = "right_forearm"\nheading_deg = 0'))
 
 

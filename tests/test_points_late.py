@@ -14,7 +14,7 @@ from test_people import KEPT_BACK
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.points.late import PointsLate
+from pytracker.evidence.points.late import LATE, PointsLate
 from pytracker.evidence.senses import senses_of
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array
@@ -124,6 +124,8 @@ def test_late_keypoints_are_a_doubt(sensed: Path) -> None:
         )  # fmt: skip
         said = " ".join(pt.doubts(track))
         assert (words in said) if words else (said == "")
+        assert track.valid.any() == (not words)
+        assert all(LATE in reason for reason in track.reason) == bool(words)
 
 
 @pytest.mark.parametrize("joint", ["left_wrist", "right_elbow"])

@@ -23,6 +23,7 @@ from pytracker.report.contents import contents_of
 from pytracker.report.files.metadata import write_metadata
 from pytracker.report.files.tables import read_track
 from pytracker.report.labels import HELD, labels
+from pytracker.simulate import ArmSimulation
 from pytracker.tracking import ArmTrack
 
 if TYPE_CHECKING:
@@ -138,6 +139,18 @@ def test_what_speaks_against_a_track_stands_above_it_and_by_its_method(tracks: l
     assert "shared" not in after
     none = dataclasses.replace(contents, doubts=[()] * len(tracks))
     assert "speaks against the other methods" not in render_arm_page(arms, none, has_overlay=False)
+
+
+@pytest.mark.parametrize("is_right", [True, False])
+def test_of_a_track_that_is_wrong_nothing_is_said_of_its_set_up(is_right: bool) -> None:
+    """A page of frames that are none valid said that the camera's distance is -137 ± 5 cm off, told by the data."""
+    simulation = ArmSimulation(pt.ArmScene(duration_s=4.0, worn=True), 3)
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    track = pt.track(simulation.recording(), pt.Smooth(), sightings=sightings)
+    if not is_right:
+        track = dataclasses.replace(track, valid=np.zeros(len(track.time_s), dtype=bool))
+    page = render_arm_page([track], contents_of([track]), has_overlay=False)
+    assert ("What the recording says of its set-up" in page) == is_right
 
 
 @pytest.fixture(scope="module")

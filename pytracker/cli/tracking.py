@@ -143,17 +143,23 @@ def track(
         except pt.TrackingError as error:
             if error.track is not None:
                 pt.write_report([error.track], out, force=force, page=not no_report, progress=progress)
+                _warn_of(error.track)
                 print(f"pytracker: the frames before are in {out}", file=sys.stderr)
             raise
         pt.write_report([result], out, force=force, page=not no_report, progress=progress)
-    warn((*result.doubts, *against_truth(result, recording.truth)))
-    warn(unbelieved(result))
+    _warn_of(result)
     if recording.truth is not None:
         print_comparison([result], quiet)
     say(f"wrote {out}", quiet)
     if is_unusable(result):
         # What there is of it is written all the same.
         raise typer.Exit(1)
+
+
+def _warn_of(track: pt.Track) -> None:
+    """What speaks against it, and how much of it is not to be believed."""
+    warn((*track.doubts, *against_truth(track, track.recording.truth)))
+    warn(unbelieved(track))
 
 
 def _chosen(method: str, particles: int | None, settings: tuple[str, ...], recording: pt.Recording) -> Method:

@@ -7,6 +7,7 @@ import numpy as np
 from pytracker.doubting.body_sensors import of_sensors
 from pytracker.doubting.camera_place import of_camera_place
 from pytracker.doubting.foreground import of_foreground
+from pytracker.evidence.points.late import NEARER_M
 from pytracker.evidence.points.subject import points_of_subject
 from pytracker.evidence.pose.facing import LEAST_SEEN, seen_from_behind
 from pytracker.tracking.body import BodyTrack
@@ -24,9 +25,6 @@ POINTS_OFF_M = 0.07
 POINTS_ASTRAY_M = 0.3
 ASTRAY_SHARE = 0.1
 """Nor may they lie so far from the track in so many of the frames."""
-LATE_NEARER_M = 0.002
-"""Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
-3 to 13."""
 OFF_SKIN_M, OFF_SKIN_SD_M = 0.027, 0.024
 """Keypoints of wrists that are farther from skin on average, now more and now less, are of another take: of 15 pairs
 of clips 2.9 cm and 2.7 at least. Of seven right ones it is 0.4 and 0.4 at most, of people in long sleeves, who are bare
@@ -89,7 +87,7 @@ def _of_others(track: BodyTrack) -> tuple[str, ...]:
 def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
     """A sentence where keypoints are of other frames than they are counted as."""
     late, nearer_m = track.points_late
-    if nearer_m < LATE_NEARER_M:
+    if nearer_m < NEARER_M:
         return _of_another_take(track)
     side = "before" if late > 0 else "after"
     return (

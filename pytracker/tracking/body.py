@@ -14,7 +14,7 @@ from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Trac
 from pytracker.evidence.picture.frozen import HUNG, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.points.followed import followed
-from pytracker.evidence.points.late import points_late_of
+from pytracker.evidence.points.late import LATE, NEARER_M, points_late_of
 from pytracker.evidence.pose.borne_out import head_off
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.evidence.pose.points_borne_out import median_off_m
@@ -231,8 +231,10 @@ def _reasons(
         hung = watched.frozen.hung()
         seen = [together(words, {"": HUNG if hangs else ""}) for words, hangs in zip(seen, hung, strict=True)]
     has_moved = camera_moved(recording.view, found.time_s[: found.tracked], found.table["root"][:, 0])
+    are_late = watched.late is not None and watched.late.found()[1] >= NEARER_M
+    of_all = {"": LATE if are_late else ""}
     said = [
-        together(words, {"": str(doubt)}, {"": MOVED if moved else ""})
+        together(words, {"": str(doubt)}, {"": MOVED if moved else ""}, of_all)
         for words, doubt, moved in zip(seen, found.table["doubt"], has_moved, strict=True)
     ]
     return said + [{"": "the track was lost before"}] * (found.count - found.tracked)

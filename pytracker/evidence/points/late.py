@@ -16,7 +16,7 @@ from pytracker.recording.body_view import rate_of
 from pytracker.recording.recording import BodyView
 from pytracker.rotation import Array
 
-__all__ = ["PointsLate", "points_late_of"]
+__all__ = ["LATE", "NEARER_M", "PointsLate", "points_late_of"]
 
 FARTHER_S = (0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
 LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.05, *FARTHER_S])
@@ -26,6 +26,10 @@ MOST_M = 0.15
 NEAR_M, NEARER = 0.015, 0.45
 """On average wrists are no farther from skin when they are of the right frames, or by so small a share of what they are
 as counted, below long sleeves. Points of another video are neither."""
+NEARER_M = 0.002
+"""Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
+3 to 13."""
+LATE = "the keypoints are of other frames"
 LEAST_SHARE = 0.5
 """Of so many of the frames it must be told how they fare."""
 _WRISTS = [KEYPOINTS.index(f"{side}_wrist") for side in ("left", "right")]

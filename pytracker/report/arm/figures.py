@@ -75,10 +75,12 @@ def path_3d(tracks: Sequence[ArmTrack], labels: Sequence[str]) -> str:
         axes = figure.add_subplot(projection="3d")
         track, truth = tracks[0], true(tracks[0], "wrist")
         wrist, elbow = track.joints["wrist"].mean, track.joints["elbow"].mean
-        axes.plot(*(100 * wrist).T, color=COLOURS[0], lw=1.0, label=labels[0])
+        if not track.valid.all():
+            axes.plot(*(100 * wrist).T, color=COLOURS[0], lw=0.6, ls=":", alpha=0.5, label="not valid")
+        axes.plot(*(100 * np.where(track.valid[:, None], wrist, np.nan)).T, color=COLOURS[0], lw=1.0, label=labels[0])
         if truth is not None:
             axes.plot(*(100 * truth).T, color=TRUTH, lw=0.9, label="truth")
-        tracked = np.flatnonzero(np.isfinite(wrist).all(axis=1))
+        tracked = np.flatnonzero(np.isfinite(wrist).all(axis=1) & track.valid)
         if len(tracked):
             at = tracked[len(tracked) // 2]
             arm = 100 * np.stack([np.asarray(track.recording.arm.shoulder_m), elbow[at], wrist[at]])
@@ -87,5 +89,5 @@ def path_3d(tracks: Sequence[ArmTrack], labels: Sequence[str]) -> str:
             axis.set_label_text(f"{name} (cm)")
         axes.set_aspect("equal")
         axes.view_init(elev=28, azim=-62)
-        figure.legend(loc="outside upper center", ncols=3, fontsize=8)
+        figure.legend(loc="outside upper center", ncols=2, fontsize=8)
         return svg(figure)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pytracker.doubting.doubts import is_unusable
 from pytracker.methods.arm import Mixture
 from pytracker.report.arm import figures
 from pytracker.report.contents import Contents
@@ -28,7 +29,8 @@ def render_arm_page(tracks: Sequence[ArmTrack], contents: Contents, *, has_overl
         summary=_summary(tracks[0], labels[0], scores[0]),
         figures=_figures(tracks, labels, scores[0]),
         has_overlay=has_overlay,
-        found=found_by(tracks[0]),
+        # What a wrong track makes of the set-up says nothing of it.
+        found=() if is_unusable(tracks[0]) else found_by(tracks[0]),
     )
 
 
