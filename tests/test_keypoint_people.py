@@ -101,6 +101,17 @@ def test_names_of_pictures_in_one_file_are_numbered_as_those_of_a_folder(tmp_pat
         read_keypoints(path)
 
 
+@pytest.mark.parametrize("form", ["open", "cmu"])
+def test_alphaposes_other_formats_are_read(tmp_path: Path, form: str) -> None:
+    flat = [value for xyc in np.array(person("coco_18")).reshape(-1, 3).tolist() for value in xyc]
+    people = {"open": {"people": [{"pose_keypoints_2d": flat}]}, "cmu": {"bodies": [{"joints": flat}]}}
+    path = tmp_path / "alphapose-results.json"
+    path.write_text(json.dumps({f"{k}.jpg": {"version": "AlphaPose v0.3", **people[form]} for k in range(3)}), "utf-8")
+    found = read_keypoints(path)
+    is_right(found)
+    assert found.frames.tolist() == [0, 1, 2]
+
+
 def mmpose(path: Path, model: list[str], *, about: bool) -> Path:
     """As MMPose's inferencer writes a video: a list of frames; or with what its data set says of the joints."""
     instance = {"keypoints": [list(place(joint)) for joint in model], "keypoint_scores": [0.9] * len(model)}

@@ -108,6 +108,22 @@ def test_cocos_annotations_are_of_the_frames_that_their_files_name(tmp_path: Pat
     assert keypoints.frames.tolist() == [0, 1, 2]
 
 
+def test_cocos_annotations_of_images_that_are_not_listed_are_refused(tmp_path: Path) -> None:
+    """They were laid into other frames, as a second person, and both left out: 88 of 232 frames."""
+    images = [{"id": 9000 - k, "file_name": f"clip/frame_{k:04d}.png"} for k in range(3)]
+    annotations = [{"image_id": number, "keypoints": person("coco_17")} for number in (9000, 8999, 2)]
+    path = tmp_path / "coco.json"
+    path.write_text(json.dumps({"images": images, "annotations": annotations}), "utf-8")
+    with pytest.raises(pt.InputError, match="of image_id 2, which is not among the 3 images of the file"):
+        read_keypoints(path)
+    # Listed, but its file's name is no number: the id is, and is another picture's.
+    images[2] = {"id": 1, "file_name": "clip/last.png"}
+    annotations[2]["image_id"] = 1
+    path.write_text(json.dumps({"images": images, "annotations": annotations}), "utf-8")
+    with pytest.raises(pt.InputError, match="are both of frame 1, expected one a frame"):
+        read_keypoints(path)
+
+
 def sports2d(path: Path, scale: float = 1.0) -> Path:
     """As Sports2D writes what it saw: its unit says m, whatever it is."""
     names = {"Hip": "hip", "RWrist": "right_wrist", "LWrist": "left_wrist", "Head": "head_top", "Nose": "head"}
@@ -132,6 +148,9 @@ def test_sports2d_in_pixels(tmp_path: Path) -> None:
     keypoints = read_keypoints(sports2d(tmp_path / "clip_px_person00.trc"))
     is_right(keypoints)
     assert keypoints.time_s == pytest.approx(np.array([12, 13, 14]) / 30, abs=1e-6)
+    path = tmp_path / "clip_px_person00.trc"
+    path.write_text(path.read_text().replace("\t3\t", "\t5\t", 1))
+    assert "NumFrames is 5, and 3 rows follow: the file is cut short" in " ".join(read_keypoints(path).warnings)
     with pytest.raises(pt.InputError, match=r"clip_m_person00.trc: is in metres, expected pixels"):
         read_keypoints(sports2d(tmp_path / "clip_m_person00.trc", 1e-3))
 

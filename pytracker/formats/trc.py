@@ -44,18 +44,23 @@ def read_trc(path: Path | str) -> Markers:
         raise InputError(f"{path}:3: Units is {found.unit!r}, expected one of: {', '.join(UNITS_M)}")
     positions = {name: without_fillers(points * UNITS_M[unit]) for name, points in found.points.items()}
     rate_hz = found.rate_hz if found.rate_hz > 0 else None
-    count, rows = found.frame_count, len(found.time_s)
-    short = f"{path}:3: NumFrames is {count:g}, and {rows} rows follow: the file is cut short"
-    return Markers(found.time_s, positions, rate_hz, (short,) if count > rows else ())
+    return Markers(found.time_s, positions, rate_hz, _cut_short(Path(path), found))
 
 
-def read_trc_pixels(path: Path | str) -> tuple[Array, dict[str, Array]]:
-    """Times `(T,)`, s, and u, v of every point `(T, 2)`, px, of a file in pixels, whatever its unit says.
+def read_trc_pixels(path: Path | str) -> tuple[Array, dict[str, Array], tuple[str, ...]]:
+    """Times `(T,)`, s, u, v of every point `(T, 2)`, px, of a file in pixels, whatever its unit says, and what is odd.
 
     Raises `InputError` naming line, value and expectation.
     """
     found = _trajectories(Path(path))
-    return found.time_s, {name: points[:, :2] for name, points in found.points.items()}
+    return found.time_s, {name: points[:, :2] for name, points in found.points.items()}, _cut_short(Path(path), found)
+
+
+def _cut_short(path: Path, found: _Trajectories) -> tuple[str, ...]:
+    """A word where fewer rows follow than the header says."""
+    count, rows = found.frame_count, len(found.time_s)
+    short = f"{path}:3: NumFrames is {count:g}, and {rows} rows follow: the file is cut short"
+    return (short,) if count > rows else ()
 
 
 def _trajectories(path: Path) -> _Trajectories:

@@ -21,6 +21,8 @@ __all__ = ["read_folder", "read_json"]
 MOST_PEOPLE = 64
 """More people in a frame are noise."""
 MOST_FRAMES = 10_000_000
+BODIES = {"people", "bodies"}
+"""Under which AlphaPose lists the people of a picture, by `--format open` and `cmu`."""
 INSTANCES = ("instance_info", "instances")
 """Under which MMPose lists the people of a frame."""
 
@@ -69,8 +71,14 @@ def read_json(path: Path, model: str) -> Keypoints:
     rows: dict[int, list[Array]] = {}
     files: dict[str, int] = {}
     named: tuple[str, ...] = ()
+    pictures = data if isinstance(data, dict) else {}
+    if pictures and all(isinstance(of, dict) and BODIES & of.keys() for of in pictures.values()):
+        return _by_picture(path, pictures, model)
+    listed: set[str] = set()
     if isinstance(data, dict):
         files = _once(path, _files(data.get("images")))
+        images = data.get("images")
+        listed = {str(one.get("id")) for one in images if isinstance(one, dict)} if isinstance(images, list) else listed
         kinds = data.get("categories")
         of_kind = [kind.get("keypoints") for kind in kinds if isinstance(kind, dict)] if isinstance(kinds, list) else []
         named = _names(of_kind[0], model) if of_kind else ()
@@ -80,12 +88,31 @@ def read_json(path: Path, model: str) -> Keypoints:
     for one in data:
         if not isinstance(one, dict) or "image_id" not in one:
             raise InputError(f"{path}: an entry has no image_id, expected one and keypoints")
+        if listed and _id(one) not in listed:
+            raise InputError(
+                f"{path}: keypoints are of image_id {_id(one)[:80]}, which is not among the {len(listed)} images of "
+                "the file, expected one of them"
+            )
     numbers = _numbers(path, {_id(one): one["image_id"] for one in data if _id(one) not in files}) | files
+    numbers = _once(path, {name: numbers[name] for name in dict.fromkeys(_id(one) for one in data)})
     for one in data:
         people = rows.setdefault(numbers[_id(one)], [])
         if one.get("keypoints") or "bbox" not in one:  # else a box, and nothing in it
             people.append(_flat(path, one.get("keypoints")))
     return _ordered(path, rows, model, named)
+
+
+def _by_picture(path: Path, pictures: dict[str, Any], model: str) -> Keypoints:
+    """AlphaPose's `--format open` and `cmu`: people by the name of the picture. Raises `InputError`."""
+    frames = _numbers(path, {name[:200]: name[:200] for name in pictures})
+    rows: dict[int, list[Array]] = {}
+    for name, of in pictures.items():
+        bodies = of.get("bodies")
+        if isinstance(bodies, list):
+            rows[frames[name[:200]]] = [_flat(path, one.get("joints")) for one in bodies if isinstance(one, dict)]
+        else:
+            rows[frames[name[:200]]] = _people_of(path, of)
+    return _ordered(path, rows, model)
 
 
 def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:

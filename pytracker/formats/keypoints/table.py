@@ -68,7 +68,7 @@ def read_table(path: Path) -> Keypoints:
 
 def read_trc_keypoints(path: Path) -> Keypoints:
     """Sports2D's `..._px_person00.trc`, whose unit says m. Raises `InputError`."""
-    time_s, points = read_trc_pixels(path)
+    time_s, points, odd = read_trc_pixels(path)
     # Its head is the crown; ours lies between the ears.
     named = {name_of(name): uv for name, uv in points.items() if name.lower() != "head"}
     joints = sorted(set(named) & {*KEYPOINTS, "nose"})
@@ -80,7 +80,8 @@ def read_trc_keypoints(path: Path) -> Keypoints:
     if not np.nanmax(np.abs(table), initial=0.0) > LEAST_PX:
         raise InputError(f"{path}: is in metres, expected pixels: Sports2D writes them as ..._px_person00.trc")
     columns = [(2 * k + axis, joint, "xy"[axis]) for k, joint in enumerate(joints) for axis in (0, 1)]
-    return dataclasses.replace(from_columns(path, table, columns, joints, is_share=False), time_s=time_s)
+    found = from_columns(path, table, columns, joints, is_share=False)
+    return dataclasses.replace(found, time_s=time_s, warnings=odd)
 
 
 def _named(header: Sequence[str]) -> list[tuple[int, str, str]]:

@@ -35,8 +35,9 @@ SPARSE = 0.2
 OFTEN_SEEN = 0.5
 """An arm whose elbow and wrist are in so many of the frames is followed by them."""
 _ARMS = [KEYPOINTS.index(f"{side}_{joint}") for side in ("left", "right") for joint in ("elbow", "wrist")]
-COVERED = 0.9
-"""Fewer frames than this share of the video's, and something is missing."""
+LACKS, MOST_LACKS = 0.1, 300
+"""Where more frames than this share of the video's, or than so many, are before the first or after the last, something
+is missing."""
 LEAST_MISSING, MISSING = 15, 0.1
 """So many frames on end may be without any and no word is said; of longer gaps such a share of the video."""
 
@@ -70,7 +71,7 @@ def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, .
     if not info.frame_count or not len(there):
         return ()
     first, last, rows = int(there[0]), int(there[-1]), len(there)
-    if last - first + 1 >= COVERED * info.frame_count:
+    if info.frame_count - (last - first + 1) <= min(LACKS * info.frame_count, MOST_LACKS):
         return _missing_within(path, there, info)
     every = round(info.frame_count / rows)
     skips = every > 1 and last - first + 1 == rows and abs(info.frame_count - every * rows) <= every
