@@ -17,6 +17,7 @@ from pytracker.doubting.upper_arm import of_unused_senses, of_upper_arm
 from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import Smooth
 from pytracker.recording.recording import ArmRecording
+from pytracker.tracking.alike import UNLIKE
 from pytracker.tracking.arm import JITTERY, ArmTrack, filter_arm
 from pytracker.tracking.found import found_by
 from pytracker.tracking.tracks import where_of
@@ -30,6 +31,9 @@ right ones, worn too, none does by 1.6, of captured arms, whose shoulders move, 
 LEAST_MEASURED = 0.7
 """Where the sensor measured in fewer of the frames, what holds the wrist in the others moves lengths and cameras."""
 
+MOST_UNLIKE = 0.1
+"""Where patch and sensor do not move alike in more of the frames, where the patch sits is not the question."""
+
 ABOVE = -0.1
 """No captured arm's elbow hangs less than 0.27 (`pytracker.doubting.swivel`)."""
 
@@ -38,12 +42,22 @@ def of_arm(track: ArmTrack) -> tuple[str, ...]:
     """Sentences, as of `doubts`."""
     alone = _tracked_alone(track)
     upper_arm = of_upper_arm(track, alone)
-    # A patch that sits elsewhere looks like another heading, and is told beside it; a second sensor that points
-    # elsewhere looks like such a patch.
-    alone_or_patch = *_of_arm_alone(track, alone), *(() if upper_arm else of_patch_place(track))
-    described = of_clocks(track) or alone_or_patch or _of_elbow(track)
+    described = of_clocks(track) or _of_description_or_patch(track, alone, upper_arm) or _of_elbow(track)
     odd = *of_hanging(track), *_of_jitter(track)
     return *odd, *described, *upper_arm, *of_unused_senses(track)
+
+
+def _of_description_or_patch(track: ArmTrack, alone: ArmTrack | None, upper_arm: tuple[str, ...]) -> tuple[str, ...]:
+    """A patch that sits elsewhere looks like another heading, and is told beside it.
+
+    So does, as such a patch, a second sensor that points elsewhere, a clock, and whatever makes patch and sensor move
+    unlike each other: beside these it is not asked for.
+    """
+    described = _of_arm_alone(track, alone)
+    unlike = np.mean([UNLIKE in reason for reason in track.reason])
+    if upper_arm or unlike > MOST_UNLIKE or any("offset_s" in words for words in described):
+        return described
+    return *described, *of_patch_place(track)
 
 
 def _of_arm_alone(track: ArmTrack, alone: ArmTrack | None) -> tuple[str, ...]:
