@@ -43,6 +43,7 @@ __all__ = [
     "is_same",
     "lags_of",
     "mount_of",
+    "put_on",
     "weighed",
 ]
 
@@ -109,7 +110,7 @@ def mount_of(axis: Array) -> Array:
     return rotation_vector_to_quaternion(across / sine * np.arctan2(sine, cosine))
 
 
-def _put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterator[ArmRecording]:
+def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterator[ArmRecording]:
     """`recording`, its IMU as the file has it, with the IMU worn so; once for every place the wrist may start at."""
     raw, mount = recording.imus[0], mount_of(worn.axis)
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, worn.heading_rad]))
@@ -219,7 +220,7 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
     # So many frames have no samples by any clock: they tell no way from another. Others are held against this one.
     beyond = int(seen.sum()) - _most_within(sightings.time_s[seen], last_s - first_s)
     found = [-np.inf]
-    for one in _put_on(recording, worn, sightings):
+    for one in put_on(recording, worn, sightings):
         track = _held(one, sightings)
         if track is None:
             continue

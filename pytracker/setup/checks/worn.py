@@ -12,6 +12,7 @@ from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import ArmRecording
 from pytracker.rotation import Array, conjugate, rotate
 from pytracker.setup.checks.findings import Finding
+from pytracker.setup.heading import heading_of
 from pytracker.setup.worn import (
     CLEAR,
     GIVEN_STAYS,
@@ -27,9 +28,10 @@ from pytracker.setup.worn import (
 
 __all__ = ["check_clock", "check_worn", "given_axis"]
 
-STEPS = (0.02, np.radians(3.0))
-"""Of clock and heading, from whose cost their standard deviations are taken."""
-LEAST_SD = (0.005, np.radians(1.0))
+STEP_S = 0.02
+"""Of the clock, from whose cost its standard deviation is taken."""
+LEAST_SD_S = 0.02
+"""So well the clock of a worn sensor is found where the movement tells it best."""
 LEAST_OFFSET_SD_S = 0.05
 """Clock and heading lean on each other: what is written leaves the smoother room."""
 SAME_CLOCK_S = 0.2
@@ -165,26 +167,28 @@ def _words(
     best: Worn,
 ) -> list[Finding]:
     """A finding each of clock, heading and mount."""
-    degrees = _degrees(chosen)
-    sds = _sds(recording, sightings, chosen)
+    sd_s = _clock_sd_s(recording, sightings, chosen)
+    heading_rad, heading_sd = heading_of(recording, sightings, chosen)
+    headed = replace(chosen, heading_rad=heading_rad)
+    degrees = _degrees(headed)
     apart_s = max((abs(one.offset_s - chosen.offset_s) for one in kin), default=0.0)
     turned = max((abs(_turned(one, chosen)) for one in kin), default=0.0)
     alike = f"; as good with up to {turned:.0f}° and {apart_s:.2f} s less or more" if turned > 1.0 else ""
     off = float(np.degrees(np.arccos(np.clip(chosen.axis @ given.axis, -1.0, 1.0))))
     is_right = (
-        abs(chosen.offset_s - given.offset_s) < max(3 * sds[0], 0.04),
-        abs(_turned(chosen, given)) < FROM_HEADING_DEG,
+        abs(chosen.offset_s - given.offset_s) < max(3 * sd_s, 0.04),
+        abs(_turned(headed, given)) < max(FROM_HEADING_DEG, 2.0 * np.degrees(heading_sd)),
         off < FROM_Y_DEG,
     )
     said = (
-        f"offset {chosen.offset_s:+.3f} ± {sds[0]:.3f} s ({_evidence(chosen, best)})",
-        f"{degrees:+.1f} ± {np.degrees(sds[1]):.1f}° to the world{alike}",
+        f"offset {chosen.offset_s:+.3f} ± {sd_s:.3f} s ({_evidence(chosen, best)})",
+        f"{degrees:+.1f} ± {np.degrees(heading_sd):.1f}° to the world{alike}",
         f"from wrist to elbow points the sensor's {_axis(chosen.axis)}, {off:.0f}° from the one that is given",
     )
     writes: tuple[dict[str, object], ...] = (
         {
             "imu.offset_s": round(chosen.offset_s, 3),
-            "imu.offset_sd_s": round(max(3.0 * sds[0], LEAST_OFFSET_SD_S, apart_s), 3),
+            "imu.offset_sd_s": round(max(2.0 * sd_s, LEAST_OFFSET_SD_S, apart_s), 3),
         },
         {"imu.heading_deg": round(degrees, 1)},
         {"imu.mount": [round(float(x), 5) for x in mount_of(chosen.axis)]},
@@ -217,17 +221,13 @@ def _axis(axis: Array) -> str:
     return f"{'+' if axis[k] > 0 else '-'}{'xyz'[k]}"
 
 
-def _sds(recording: ArmRecording, sightings: Sightings, at: Worn) -> tuple[float, float]:
-    """Standard deviations of clock and heading, by how the log evidence falls beside them."""
-    sds = []
-    for name, step, least in zip(("offset_s", "heading_rad"), STEPS, LEAST_SD, strict=True):
-        beside = [
-            weighed(recording, sightings, replace(at, **{name: getattr(at, name) + sign * step})).log_evidence
-            for sign in (1.0, -1.0)
-        ]
-        fall = at.log_evidence - float(np.mean(beside))
-        sds.append(max(least, step / np.sqrt(2.0 * fall) if fall > 0.05 else 5.0 * step))
-    return sds[0], sds[1]
+def _clock_sd_s(recording: ArmRecording, sightings: Sightings, at: Worn) -> float:
+    """Standard deviation of the clock, by how the log evidence falls beside it; no less than it errs by otherwise."""
+    beside = [
+        weighed(recording, sightings, replace(at, offset_s=at.offset_s + by)).log_evidence for by in (STEP_S, -STEP_S)
+    ]
+    fall = at.log_evidence - float(np.mean(beside))
+    return max(LEAST_SD_S, STEP_S / np.sqrt(2.0 * fall) if fall > 0.05 else 5.0 * STEP_S)
 
 
 def given_axis(mount: list[float] | None) -> Array:
