@@ -225,3 +225,11 @@ def told_missing(words: str, what: str) -> str:
 def test_another_turn_of_what_comes_round_is_no_step(pattern: str) -> None:
     for seed in (71, 72, 73):
         assert "missing" not in words_of(*simulated(pattern, 40.0, seed), 0.6)
+
+
+@pytest.mark.parametrize("pattern", ["circle", "rectangle"])
+def test_of_movement_that_comes_round_it_is_not_told_how_much_is_missing(pattern: str) -> None:
+    """It was called 3 to 15 s of the IMU's, where 1 s of the video was cut out."""
+    recording, sightings = simulated(pattern, 24.0, 301)
+    words = words_of(recording, without_video(sightings, 12.0, 1.0), 0.6)
+    assert "some of the video or the IMU seems to be missing" in words

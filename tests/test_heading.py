@@ -39,4 +39,6 @@ def test_where_nothing_tells_it_stays_and_that_is_said() -> None:
     seen = unseen.pixels.copy()
     seen[0] = simulation.sightings(1.0)[0]
     sightings = pt.Sightings(unseen.time_s, seen, unseen.reasons)
-    assert heading_of(simulation.recording(), sightings, Worn(0.0, 0.3, AXIS)) == (0.3, pytest.approx(ABOUT[-1]))
+    heading, sd = heading_of(simulation.recording(), sightings, Worn(0.0, 0.3, AXIS))
+    assert heading == 0.3
+    assert sd == pytest.approx(ABOUT[-1])

@@ -114,7 +114,7 @@ def test_cocos_annotations_of_images_that_are_not_listed_are_refused(tmp_path: P
     annotations = [{"image_id": number, "keypoints": person("coco_17")} for number in (9000, 8999, 2)]
     path = tmp_path / "coco.json"
     path.write_text(json.dumps({"images": images, "annotations": annotations}), "utf-8")
-    with pytest.raises(pt.InputError, match="of image_id 2, which is not among the 3 images of the file"):
+    with pytest.raises(pt.InputError, match="of image_id 2, which is not among those of the 3 images of the file"):
         read_keypoints(path)
     # Listed, but its file's name is no number: the id is, and is another picture's.
     images[2] = {"id": 1, "file_name": "clip/last.png"}
@@ -122,6 +122,24 @@ def test_cocos_annotations_of_images_that_are_not_listed_are_refused(tmp_path: P
     path.write_text(json.dumps({"images": images, "annotations": annotations}), "utf-8")
     with pytest.raises(pt.InputError, match="are both of frame 1, expected one a frame"):
         read_keypoints(path)
+
+
+@pytest.mark.parametrize(
+    ("images", "ids"),
+    [
+        ([{"id": k, "file_name": f"{k:06d}.jpg"} for k in range(3)], ["000000", "000001", "000002"]),
+        ([{"id": k, "file_name": f"{k:06d}.jpg"} for k in range(3)], ["000000.jpg", "000001.jpg", "000002.jpg"]),
+        ([{"id": float(k), "file_name": f"{k:06d}.jpg"} for k in range(3)], [0, 1, 2]),
+        ([{"file_name": f"{k:06d}.jpg"} for k in range(3)], [0, 1, 2]),
+        ([{"id": 7 - k, "file_name": f"{k:06d}.jpg"} for k in range(3)], ["007", "006", "005"]),
+    ],
+    ids=["zeros", "names", "floats", "without ids", "other numbers"],
+)
+def test_an_id_may_be_written_otherwise(tmp_path: Path, images: list[dict[str, object]], ids: list[object]) -> None:
+    annotations = [{"image_id": one, "keypoints": person("coco_17")} for one in ids]
+    path = tmp_path / "coco.json"
+    path.write_text(json.dumps({"images": images, "annotations": annotations}), "utf-8")
+    assert read_keypoints(path).frames.tolist() == [0, 1, 2]
 
 
 def sports2d(path: Path, scale: float = 1.0) -> Path:

@@ -143,3 +143,18 @@ def test_a_thing_that_passes_the_patch_is_not_taken_for_it_nor_the_patch_for_it(
     assert max(off) < 15.0
     assert len(off) > 60
     assert all(one.valid for _, one in found[-10:])
+
+
+def test_a_thing_that_comes_in_while_the_patch_is_away_is_not_taken_for_it() -> None:
+    """Small at the picture's rim it grew, was thought to be two, left there, and taken for the patch."""
+    wrong = []
+    for seed in range(4):
+        tracker = PatchTracker(picture((160.0, 100.0), [(300, 60)]), (150, 90, 21, 21))
+        pick = np.random.default_rng(seed)
+        for k in range(200):
+            v = 100.0 + 4.0 * max(0, k - 20) if k < 100 else max(100.0, 260.0 - 4.0 * (k - 100))
+            # The other goes out to the right before the patch goes, and comes back while it is away.
+            other = round(300 + 3 * min(k, 12) - 3 * max(0, min(k - 40, 60)) + pick.normal(0.0, 0.5))
+            found = tracker.update(picture((160.0, v), [(other, 60)], frame=k))
+            wrong.append(found.valid and abs(found.pixel[1] - v) > 25.0)
+    assert np.mean(wrong) < 0.02

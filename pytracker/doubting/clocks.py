@@ -81,7 +81,11 @@ def _step_in_words(given: Clock, step: Step) -> str:
     before_s, after_s = step.later_s
     by_s = abs(after_s - before_s)
     # A sensor's file whose times were closed over what is missing lags behind.
-    lost = f"{by_s:.2f} s of {'the video' if after_s < before_s else 'the IMU'} seem to be missing there"
+    lost = (
+        f"{by_s:.2f} s of {'the video' if after_s < before_s else 'the IMU'} seem to be missing there"
+        if step.is_told
+        else "some of the video or the IMU seems to be missing there (movement that comes round does not tell how much)"
+    )
     return (
         f"the patch moves as the IMU does where the IMU's clock is moved by {before_s:+.2f} s until about "
         f"{step.until_s:.0f} s of the video, and by {after_s:+.2f} s from about {step.from_s:.0f} s on "

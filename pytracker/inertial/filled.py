@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
+from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
+from pytracker.rotation import conjugate, rotate
 from pytracker.series import last_digit, runs
 
 __all__ = ["without_filled"]
@@ -35,8 +37,8 @@ DIGITS = 5
 """Numbers of more decimals were computed, not rounded."""
 COARSE = 0.005
 """An orientation of coarser digits may stay the same."""
-COARSE_M_S2 = 0.1
-"""An acceleration of coarser digits may stay the same."""
+GRAVITY_TURNS, DIGITS_TURNED = 0.5, 3.0
+"""An acceleration that stays the same while gravity goes farther in the sensor, m/s², and by so many digits, hangs."""
 MOST_SHARE = 0.5
 """An orientation, or acceleration, that hangs in more than this share of the samples is none."""
 
@@ -49,7 +51,7 @@ def without_filled(log: ImuLog) -> ImuLog:
     for find, what, words in (
         (_on_lines, "readings", "lie on straight lines, to the last digit: filled in or held, not measured"),
         (_hanging, "orientations", "stay the same while the sensor moves: they hang"),
-        (_held_alone, "accelerations", "stay the same while the sensor turns, or are all 0: they hang"),
+        (_held_alone, "accelerations", "stay the same while gravity turns in the sensor, or are all 0: they hang"),
     ):
         found = find(log)
         spans = runs(found)
@@ -107,23 +109,38 @@ def _hanging(log: ImuLog) -> NDArray[np.bool_]:
 
 
 def _held_alone(log: ImuLog) -> NDArray[np.bool_]:
-    """Which samples have the acceleration of the one before though the sensor turns, or none at all `(M,)`."""
+    """Which samples have the acceleration of the one before though gravity turns in the sensor, or none `(M,)`."""
     found = np.zeros(len(log.time_s), dtype=bool)
-    if log.acc is None or last_digit(log.acc, DIGITS) > COARSE_M_S2:
+    if log.acc is None:
         return found
     is_none = np.all(log.acc == 0.0, axis=1)
     for a, after in _long(is_none, log.time_s, RUN_S):
         found[a:after] = True
-    same = np.concatenate([[False], np.all(log.acc[1:] == log.acc[:-1], axis=1)])
+    steps = np.abs(np.diff(log.acc, axis=0))
+    digit = float(steps[steps > 0.0].min(initial=np.inf))
+    same = np.concatenate([[False], np.all(steps == 0.0, axis=1)])
     for a, after in _long(same, log.time_s, RUN_S):
-        found[a:after] |= _moves(log, a, after)
+        found[a:after] |= _gravity_turns(log, a, after) > max(GRAVITY_TURNS, DIGITS_TURNED * digit)
     if found.mean() > MOST_SHARE:
         raise InputError(
             f"{log.path}:{log.lines[int(np.argmax(found))]}: the acceleration stays the same in {int(found.sum())} of "
-            f"{len(found)} samples while the sensor turns, expected gravity at least to turn with it: was the "
-            "accelerometer off?"
+            f"{len(found)} samples while gravity turns in the sensor, expected it to turn too: was it off?"
         )
     return found
+
+
+def _gravity_turns(log: ImuLog, a: int, b: int) -> float:
+    """How far gravity goes in the sensor from sample `a` up to `b`, by gyroscope or else orientation, m/s²."""
+    if log.gyr is not None and log.acc is not None:
+        rate = log.gyr[a:b] - np.median(log.gyr, axis=0)
+        size = float(np.linalg.norm(log.acc[a]))
+        aside = np.cross(rate[1:], log.acc[a] / size if size > 0.0 else np.zeros(3))
+        turned = np.cumsum(aside * np.diff(log.time_s[a:b])[:, None], axis=0)
+        return GRAVITY * float(np.linalg.norm(turned, axis=1).max())
+    if log.q_world_sensor is None:
+        return 0.0
+    up = rotate(conjugate(log.q_world_sensor[a:b]), np.array([0.0, 0.0, GRAVITY]))
+    return float(np.linalg.norm(up - up[0], axis=1).max())
 
 
 def _moves(log: ImuLog, a: int, b: int) -> bool:

@@ -22,6 +22,10 @@ NEWER = 0.3
 """The last step counts for so much of a thing's velocity."""
 GREW = 1.3
 """What another thing has come to is so much larger than it was."""
+KNOWN_FRAMES = 5
+"""What was seen for fewer may be coming in at the picture's rim, and is larger from frame to frame;"""
+JOINED_FRAMES = 30
+"""what is so much larger for so long is no more than itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +36,15 @@ class Thing:
         centre: where it was seen last, or has gone on to since, px `(2,)`.
         mass: of how many pixels it was at most: behind an arm or at the picture's rim it is smaller for a while.
         velocity: px a frame `(2,)`.
+        frames: for how many it was seen, by itself.
+        joined: for how many it is in one piece with another.
     """
 
     centre: Array
     mass: float
     velocity: Array = field(default_factory=lambda: np.zeros(2))
+    frames: int = 1
+    joined: int = 0
 
     @property
     def expected(self) -> Array:
@@ -45,11 +53,14 @@ class Thing:
 
     def seen_as(self, piece: Piece) -> Thing:
         """A frame later."""
-        if piece.mass > GREW * self.mass:
-            # In one piece with another it goes on as it went.
-            return replace(self, centre=self.expected)
+        grew = piece.mass > GREW * self.mass
+        if grew and self.frames >= KNOWN_FRAMES and self.joined < JOINED_FRAMES:
+            # In one piece with another it goes on as it went, within that piece.
+            x, y, w, h = piece.box
+            centre = np.clip(self.expected, (x, y), (x + w, y + h))
+            return replace(self, centre=centre, joined=self.joined + 1)
         velocity = self.velocity + NEWER * (piece.centre - self.expected)
-        return Thing(piece.centre, max(self.mass, piece.mass), velocity)
+        return Thing(piece.centre, max(self.mass, piece.mass), velocity, self.frames + 1)
 
 
 class Beside:

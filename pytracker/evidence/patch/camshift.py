@@ -125,7 +125,8 @@ class PatchTracker:
             self._lost = True
             return PatchSighting((np.nan, np.nan), False, reason)
         if not self._accept(found, image):
-            self._lost = True
+            # By itself again it is believed at once where it was.
+            self._lost, self._candidates = True, [self._centre]
             return PatchSighting((np.nan, np.nan), False, JOINED)
         if self._standing.is_covered(found.box):
             return PatchSighting((np.nan, np.nan), False, TOGETHER)
@@ -160,10 +161,18 @@ class PatchTracker:
     def _pieces(self, back: Image, times: int = 1) -> list[Piece]:
         """Everything of the patch's colour that is not much smaller, of a picture so many times smaller.
 
-        Centres and masses are pixels of the frame, boxes of the smaller picture.
+        Centres, masses and boxes are in pixels of the frame.
         """
         pieces = self._colour.pieces(back, self.parameters.min_mass * self._first.mass / times**2)
-        return [replace(one, centre=place_in_frame(one.centre, times), mass=one.mass * times**2) for one in pieces]
+        return [
+            replace(
+                one,
+                centre=place_in_frame(one.centre, times),
+                mass=one.mass * times**2,
+                box=(one.box[0] * times, one.box[1] * times, one.box[2] * times, one.box[3] * times),
+            )
+            for one in pieces
+        ]
 
     def _window(self, image: Image) -> Box:
         """Where to look: the last window, carried on by the velocity, never smaller than the patch."""

@@ -22,7 +22,7 @@ from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 from pytracker.series import runs
 
-__all__ = ["COLUMN_M", "CROWN_M", "BorneOut", "head_off"]
+__all__ = ["COLUMN_M", "CROWN_M", "NOT_BARE", "BorneOut", "head_off"]
 
 SIDES = ("left", "right")
 WRISTS = tuple(f"{side}_wrist" for side in SIDES)
@@ -51,13 +51,15 @@ ALONG = np.array([0.3, 0.5, 0.7, 0.9, 1.1, 1.3])
 """Places along forearm and hand, of the way from elbow to wrist;"""
 BARE_M = 0.03
 BARE = 0.2
-"""such a share of those away from the face is so near to skin at least, of clips of people. A forearm has no place away
-from the face in none of their frames, and in those of people in sleeves whose face was taken for their hands."""
+"""such a share of those away from the face is so near to skin, in all but 1 % of the frames of clips of people. A
+forearm has no place away from the face in none of them, and in all of people in sleeves whose face was taken for their
+hands."""
+NOT_BARE = "no skin of this arm away from the face: a wrong pose, or long sleeves?"
 MOST_M = 0.5
 ASKED = (
     *((wrist, UNKNOWN_M, "not known across the picture") for wrist in WRISTS),
     *((wrist, FAR_M, "no skin there") for wrist in WRISTS),
-    *((wrist, 0.5 * MOST_M, "no skin of this arm away from the face: long sleeves?") for wrist in WRISTS),
+    *((wrist, 0.5 * MOST_M, NOT_BARE) for wrist in WRISTS),
     *((joint, OFF_PERSON_M, "not where the person is") for joint in ARMS),
     ("", NOBODYS, "skin that no arm explains"),
 )

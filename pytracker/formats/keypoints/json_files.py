@@ -77,8 +77,7 @@ def read_json(path: Path, model: str) -> Keypoints:
     listed: set[str] = set()
     if isinstance(data, dict):
         files = _once(path, _files(data.get("images")))
-        images = data.get("images")
-        listed = {str(one.get("id")) for one in images if isinstance(one, dict)} if isinstance(images, list) else listed
+        listed = _listed(data.get("images"))
         kinds = data.get("categories")
         of_kind = [kind.get("keypoints") for kind in kinds if isinstance(kind, dict)] if isinstance(kinds, list) else []
         named = _names(of_kind[0], model) if of_kind else ()
@@ -90,8 +89,8 @@ def read_json(path: Path, model: str) -> Keypoints:
             raise InputError(f"{path}: an entry has no image_id, expected one and keypoints")
         if listed and _id(one) not in listed:
             raise InputError(
-                f"{path}: keypoints are of image_id {_id(one)[:80]}, which is not among the {len(listed)} images of "
-                "the file, expected one of them"
+                f"{path}: keypoints are of image_id {_id(one)[:80]}, which is not among those of the "
+                f"{len(pictures['images'])} images of the file, expected one of them"
             )
     numbers = _numbers(path, {_id(one): one["image_id"] for one in data if _id(one) not in files}) | files
     numbers = _once(path, {name: numbers[name] for name in dict.fromkeys(_id(one) for one in data)})
@@ -150,7 +149,14 @@ def _files(images: Any) -> dict[str, int]:
     """Frames of COCO's pictures by their ids, which number them anyhow: their files' names say which they are."""
     listed = [one for one in images if isinstance(one, dict) and "file_name" in one] if isinstance(images, list) else []
     numbers = numbers_of([str(one["file_name"])[:200] for one in listed])
-    return {str(one.get("id")): number for one, number in zip(listed, numbers, strict=True) if number is not None}
+    return {_key(one.get("id")): number for one, number in zip(listed, numbers, strict=True) if number is not None}
+
+
+def _listed(images: Any) -> set[str]:
+    """What keypoints may call COCO's pictures: their ids, and their files' names; nothing where they have no ids."""
+    some = [one for one in images if isinstance(one, dict)] if isinstance(images, list) else []
+    ids = {_key(one["id"]) for one in some if "id" in one}
+    return ids | {_key(one["file_name"]) for one in some if "file_name" in one} if ids else set()
 
 
 def _records(path: Path, frame: Any, key: str) -> list[Any]:
@@ -169,7 +175,14 @@ def _records(path: Path, frame: Any, key: str) -> list[Any]:
 
 
 def _id(one: dict[str, Any]) -> str:
-    return str(one["image_id"])[:200]
+    return _key(one["image_id"])
+
+
+def _key(value: Any) -> str:
+    """The same of 7, "7", "007" and 7.0."""
+    words = str(value)[:200]
+    whole = words.removesuffix(".0")
+    return str(int(whole)) if whole.isascii() and whole.isdigit() else words
 
 
 def _numbers(path: Path, images: dict[str, Any]) -> dict[str, int]:
