@@ -17,6 +17,7 @@ from conftest import load_arm
 import pytracker as pt
 from pytracker.evidence import sightings_of
 from pytracker.formats.video import frames
+from pytracker.methods.arm import ArmMethod
 from pytracker.report.arm.page import render_arm_page
 from pytracker.report.body.page import render_body_page
 from pytracker.report.contents import contents_of
@@ -139,6 +140,27 @@ def test_what_speaks_against_a_track_stands_above_it_and_by_its_method(tracks: l
     assert "shared" not in after
     none = dataclasses.replace(contents, doubts=[()] * len(tracks))
     assert "speaks against the other methods" not in render_arm_page(arms, none, has_overlay=False)
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        (pt.Smooth(), "to stay within ±8 cm of its place"),
+        (pt.Smooth(shoulder_motion_sd_m=0.15), "to stay within ±31 cm of its place"),
+        (pt.Mixture(), "to stay within ±4 cm of its place"),
+        (pt.Ekf(corrections=("colour", "arm_length")), "not to move"),
+        (pt.Joint(particles=50), "not to move"),
+        (pt.Ekf(), ""),
+    ],
+    ids=["smooth", "leans", "mixture", "ekf", "joint", "unheld"],
+)
+def test_a_page_says_what_a_trunk_that_leans_does(method: ArmMethod, words: str) -> None:
+    simulation = ArmSimulation(pt.ArmScene(duration_s=2.0), 3)
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    track = pt.track(simulation.recording(), method, sightings=sightings)
+    page = render_arm_page([track], contents_of([track]), has_overlay=False)
+    assert ("hangs on the shoulder" in page) == bool(words)
+    assert words in page
 
 
 @pytest.mark.parametrize("is_right", [True, False])

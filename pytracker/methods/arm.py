@@ -6,6 +6,7 @@ Arm (Tao & Hu 2008): `Inertial`, `Ekf`, `Plain`, `Layered`, `LayeredFromConstrai
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -87,6 +88,11 @@ class ArmMethod(Method):
         """Whether the patch says where the wrist is."""
         return True
 
+    @property
+    def shoulder_stays_m(self) -> float | None:
+        """How far the shoulder may be from its place per axis, 95 %, m; None where the arm's length holds nothing."""
+        return 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class ParticleMethod(ArmMethod):
@@ -117,6 +123,11 @@ class ParticleMethod(ArmMethod):
     def follows_patch(self) -> bool:
         """Whether the patch weighs its particles in any layer."""
         return any("colour" in cues for _, cues, _ in self.layers)
+
+    @property
+    def shoulder_stays_m(self) -> float | None:
+        """None where no layer has the arm's length."""
+        return 0.0 if any("arm_length" in cues for _, cues, _ in self.layers) else None
 
     def layers_in_words(self) -> list[tuple[str, str]]:
         """What moves the particles in each layer, and what weighs them."""
@@ -179,6 +190,11 @@ class GaussianMethod(ArmMethod):
     def follows_patch(self) -> bool:
         """Whether the patch is among its corrections."""
         return "colour" in self.corrections
+
+    @property
+    def shoulder_stays_m(self) -> float | None:
+        """None where the arm's length is not among its corrections."""
+        return 0.0 if "arm_length" in self.corrections else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -246,6 +262,13 @@ class Mixture(ArmMethod):
     upper_arm_turn_sd_rad: float = 0.07
     upper_arm_turn_density: float = 0.08
 
+    @property
+    def shoulder_stays_m(self) -> float | None:
+        """By how far it may move."""
+        if "arm_length" not in self.corrections:
+            return None
+        return 2.0 * self.shoulder_motion_sd_m if self.shoulder else 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Smooth(Mixture):
@@ -283,6 +306,12 @@ class Smooth(Mixture):
     camera_turn_sd_rad: float = 0.01
     camera_distance_sd_m: float = 0.1
     focal_sd: float = 0.015
+
+    @property
+    def shoulder_stays_m(self) -> float | None:
+        """By how far it may move, from a place that is known so well."""
+        moves_m = super().shoulder_stays_m
+        return None if moves_m is None else math.hypot(moves_m, 2.0 * self.shoulder_place_sd_m)
 
 
 METHODS: dict[str, type[ArmMethod]] = {

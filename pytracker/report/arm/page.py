@@ -30,6 +30,7 @@ def render_arm_page(tracks: Sequence[ArmTrack], contents: Contents, *, has_overl
         figures=_figures(tracks, labels, scores[0]),
         has_overlay=has_overlay,
         # What a wrong track makes of the set-up says nothing of it.
+        shoulder=_shoulder(tracks[0]),
         found=() if is_unusable(tracks[0]) else found_by(tracks[0]),
     )
 
@@ -55,6 +56,18 @@ def _summary(track: ArmTrack, label: str, scores: Scores | None) -> str:
             f"{', '.join(f'{100 * c:.0f} %' for c in wrist.coverage)} of the frames (x, y, z; 95 % would be ideal)."
         )
     return words
+
+
+def _shoulder(track: ArmTrack) -> str:
+    """What no recording of an arm shows, for who reads nothing but the page; empty where no shoulder holds the arm."""
+    stays_m = track.method.shoulder_stays_m
+    if stays_m is None:
+        return ""
+    stays = f"to stay within ±{100 * stays_m:.0f} cm of its place" if stays_m else "not to move"
+    return (
+        f"How far away the hand is hangs on the shoulder, which is taken {stays}. Who leans farther, towards the "
+        "camera or away from it, is followed too near or too far by as much, and nothing here shows it."
+    )
 
 
 def _senses(track: ArmTrack) -> str:
