@@ -41,9 +41,10 @@ LAGS_MIRRORED = 12
 WELL = -6.0
 """Log evidence of a frame, at least, of what is explained: right ways have -2.6 to -4.0; wrong ones, of a camera that
 is turned by 3°, -9 to -20."""
-FROM_HEADING_DEG = 7.0
+FROM_HEADING_DEG, MOST_FROM_HEADING_DEG = 7.0, 15.0
 FROM_Y_DEG = 25.0
-"""A heading, and a forearm's axis, that are nearer to what is given are as they are given."""
+"""A heading, and a forearm's axis, that are nearer to what is given are as they are given; of a heading that is told
+less well it may be somewhat more."""
 
 
 def check_clock(lags: tuple[Lag, ...], offset_s: float | None) -> Finding:
@@ -177,7 +178,7 @@ def _words(
     off = float(np.degrees(np.arccos(np.clip(chosen.axis @ given.axis, -1.0, 1.0))))
     is_right = (
         abs(chosen.offset_s - given.offset_s) < max(3 * sd_s, 0.04),
-        abs(_turned(headed, given)) < max(FROM_HEADING_DEG, 2.0 * np.degrees(heading_sd)),
+        abs(_turned(headed, given)) < np.clip(2.0 * np.degrees(heading_sd), FROM_HEADING_DEG, MOST_FROM_HEADING_DEG),
         off < FROM_Y_DEG,
     )
     said = (
