@@ -125,7 +125,8 @@ class LiveBody:
     def words(self, estimate: Estimate) -> Words:
         """What its frames show against it."""
         said = self._watch.reasons(estimate)
-        return {joint: said.get(joint, "") for joint in ("", *estimate.places)}
+        # In the order in which a recording says it.
+        return {**said, **{joint: "" for joint in ("", *estimate.places) if joint not in said}}
 
 
 def _of(view: View) -> str:
