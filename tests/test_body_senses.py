@@ -363,7 +363,7 @@ def test_another_renderers_body_with_keypoints_and_forearms(shared: Callable[[st
     folder = shared("recordings/body-arm-circles")
     plain = load(folder)
     assert plain.poses is not None
-    seeds = {pt.BodySmooth(): 10 if IS_ACCEPTANCE else 2, pt.Partitioned(): 3}
+    seeds = {pt.BodySmooth(): 10 if IS_ACCEPTANCE else 1, pt.Partitioned(): 3 if IS_ACCEPTANCE else 1}
     found: dict[BodyMethod, list[list[float]]] = {method: [] for method in seeds}
     for seed in range(1, max(seeds.values()) + 1):
         seen_with_noise(plain, tmp_path / "keypoints.csv", 3.0, np.random.default_rng(seed))

@@ -53,8 +53,10 @@ def test_what_comes_after_helps_and_its_bands_hold(
 
 @pytest.mark.parametrize("drift_ppm", [300.0, -30.0] if IS_ACCEPTANCE else [-30.0])
 def test_a_clock_that_drifts_is_found_over_a_long_recording(drift_ppm: float) -> None:
-    """To some 20 ppm within four minutes of lively movement; what is found is what has to be added."""
-    recording, sightings = played(dataclasses.replace(LIVELY, worn=False, duration_s=240.0), 5)
+    """To some 20 ppm within minutes of lively movement; what is found is what has to be added."""
+    recording, sightings = played(
+        dataclasses.replace(LIVELY, worn=False, duration_s=240.0 if IS_ACCEPTANCE else 150.0), 5
+    )
     imu = recording.imus[0]
     slow = dataclasses.replace(imu, time_s=imu.time_s * (1.0 - 1e-6 * drift_ppm))
     track = pt.track(dataclasses.replace(recording, imus=(slow,)), pt.Smooth(), sightings=sightings)
