@@ -25,7 +25,7 @@ LEAST_STEP_S, LEAST_BOTH, STEP_BETTER_S = 0.15, 0.88, 4.0
 """A clock that steps does so by as much, either stretch goes with the sensor so well, another rate is worth less by so
 much;"""
 SMALL_STEP_S, WORTH_OF_SMALL, WORTH_OF_STEP = 0.6, 0.62, 0.4
-"""one clock is worth less than such a share of both together: of fifteen recordings from which 0.3 to 4 s were cut 0.58
+"""one clock is worth less than such a share of both together: of twelve recordings from which 0.3 to 4 s were cut 0.58
 and 0.31 at most; of 249 right ones, where a circle's other turn may explain it, 0.54 at least, and none by a small
 step."""
 MOST_STRANGE = 0.65
