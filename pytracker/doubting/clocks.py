@@ -40,7 +40,7 @@ def is_another(given: Clock, best: Clock) -> bool:
 
 
 def of_clocks(track: ArmTrack) -> tuple[str, ...]:
-    """A sentence where the sensor moves as the patch does at another rate, or at another time, or never."""
+    """A sentence where the sensor moves as the patch does at another time or rate, at two times in turn, or never."""
     imu, sightings = track.recording.imus[0], track.sightings
     acceleration = rotate(imu.q_world_segment, imu.acc) - np.array([0.0, 0.0, GRAVITY])
     px_per_m = float(np.nanmedian(track.recording.camera.px_per_m(track.joints["wrist"].mean)))

@@ -40,7 +40,7 @@ class Step:
         from_s: the beginning of the second: later where the sensor has nothing of what is between.
         later_s: so much has to be added to the IMU's times, in either.
         explained: share of the movement in the picture that the IMU's explains then, in either.
-        worth_s: of both together, as of a `Clock`.
+        worth_s: of both together, as of a `Clock`; where several are as good, of the best.
         is_told: whether no other step is as good, as there is where movement comes round.
     """
 

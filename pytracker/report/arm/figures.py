@@ -75,7 +75,7 @@ def path_3d(tracks: Sequence[ArmTrack], labels: Sequence[str]) -> str:
         axes = figure.add_subplot(projection="3d")
         track, truth = tracks[0], true(tracks[0], "wrist")
         wrist, elbow = track.joints["wrist"].mean, track.joints["elbow"].mean
-        if not track.valid.all():
+        if (np.isfinite(wrist).all(axis=1) & ~track.valid).any():
             axes.plot(*(100 * wrist).T, color=COLOURS[0], lw=0.6, ls=":", alpha=0.5, label="not valid")
         axes.plot(*(100 * np.where(track.valid[:, None], wrist, np.nan)).T, color=COLOURS[0], lw=1.0, label=labels[0])
         if truth is not None:

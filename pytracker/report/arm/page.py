@@ -29,8 +29,8 @@ def render_arm_page(tracks: Sequence[ArmTrack], contents: Contents, *, has_overl
         summary=_summary(tracks[0], labels[0], scores[0]),
         figures=_figures(tracks, labels, scores[0]),
         has_overlay=has_overlay,
-        # What a wrong track makes of the set-up says nothing of it.
         shoulder=_shoulder(tracks[0]),
+        # What a wrong track makes of the set-up says nothing of it.
         found=() if is_unusable(tracks[0]) else found_by(tracks[0]),
     )
 
