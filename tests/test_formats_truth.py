@@ -125,6 +125,13 @@ def test_csv_truth_as_others_write_it(tmp_path: Path) -> None:
     assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
     path.write_text("time_s;wrist_x_m;wrist_y_m;wrist_z_m\n0;1;2,5;3\n0,1;4;5;6\n")
     assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
+    path.write_text('time_s,wrist_x_m,wrist_y_m,wrist_z_m\n0,"1,0","2,5",3\n"0,125","4,125",5,6\n')
+    assert read_truth_csv(path).positions_m["wrist"].tolist() == [[1.0, 2.5, 3.0], [4.125, 5.0, 6.0]]
+    path.write_text('time_s,wrist_x_mm,wrist_y_mm,wrist_z_mm\n0,"1,500",2500,3000\n')
+    with pytest.raises(pt.InputError, match=r"truth\.csv:2: wrist_x_mm is '1,500', expected a number"):
+        read_truth_csv(path)  # thousands, or decimals
+    path.write_text("time_s,wrist_x_mm,wrist_y_mm,wrist_z_mm\n0,1000,2500,3000\n")
+    assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
     path.write_text("time_s,wrist_x_m,wrist_y_m,wrist_z_m,wrist_x_m\n0,1,2,3,4\n")
     with pytest.raises(pt.InputError, match=r"truth\.csv:1: column 'wrist_x_m' stands more than once"):
         read_truth_csv(path)

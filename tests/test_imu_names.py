@@ -230,6 +230,7 @@ def test_a_quoted_cell_without_end_is_no_other_error(tmp_path: Path) -> None:
         ("2024-10-27T02:59:59.990+02:00", "2024-10-27T02:00:00.240+01"),
         ("11:59:59.9 am", "12:00:00.15 pm"),
         ("23:59:59.9", "00:00:00.15"),
+        ("59:59.9", "00:00.15"),
     ],
 )
 def test_dates_are_read_as_others_write_them(first: str, second: str, tmp_path: Path) -> None:

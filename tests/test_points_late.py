@@ -14,7 +14,7 @@ from test_people import KEPT_BACK
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.points.late import LATE, PointsLate
+from pytracker.evidence.points.late import LATE, MIRRORED, PointsLate
 from pytracker.evidence.senses import senses_of
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array
@@ -69,6 +69,23 @@ def test_keypoints_of_another_take_are_told(
     recording = with_keypoints(folder, cut, tmp_path / "clip")
     said = " ".join(pt.doubts(pt.track(recording, pt.Partitioned(particles=50), 1)))
     assert ("another take of the same person" in said) == is_told
+
+
+@pytest.mark.parametrize("is_mirrored", [True, False])
+def test_keypoints_of_a_mirrored_picture_are_told(
+    shared: Callable[[str], Path], tmp_path: Path, is_mirrored: bool
+) -> None:
+    """They look like a person's whose left and right are exchanged: wrists were 11 to 15 cm off, and all valid."""
+    table = next(shared("data/people/gestures").glob("0_1_22_*mediapipe*"))
+    recording = with_keypoints(shared("recordings/people-gesture-22"), table, tmp_path / "clip")
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    points = keypoints.points * (np.array([-1.0, 1.0, 1.0]) if is_mirrored else 1.0)
+    points[..., 0] += (recording.view.size_px[0] - 1) * is_mirrored
+    view = dataclasses.replace(recording.view, keypoints=dataclasses.replace(keypoints, points=points))
+    track = pt.track(dataclasses.replace(recording, view=view), pt.Partitioned(particles=50), 1)
+    assert any("found in a mirrored copy" in words for words in pt.doubts(track)) == is_mirrored
+    assert all((MIRRORED in reason) == is_mirrored for reason in track.reason)
 
 
 def test_points_that_are_never_on_skin_are_not_called_late(sensed: Path) -> None:

@@ -122,11 +122,12 @@ def test_points_that_are_called_nearly_like_joints_are_not_dropped_in_silence(tm
 @pytest.mark.parametrize(
     ("column", "expected"),
     [
-        ("left_wrist_x_mm", "<joint>_x_m but time_s, left_wrist_x_mm"),
+        ("left_wrist_x_cm", "<joint>_x_m but time_s, left_wrist_x_cm"),
         ("left_wrist_x_m", "left_wrist_y_m, left_wrist_z_m but"),
+        ("left_wrist_x_mm", "left_wrist_y_mm, left_wrist_z_mm but"),
     ],
 )
-def test_a_header_in_other_units_is_shown(tmp_path: Path, column: str, expected: str) -> None:
+def test_a_header_that_lacks_columns_is_shown(tmp_path: Path, column: str, expected: str) -> None:
     (tmp_path / "t.csv").write_text(f"time_s,{column}\n0,1\n", "utf-8")
     with pytest.raises(pt.InputError, match=re.escape(expected)):
         read_truth_csv(tmp_path / "t.csv")

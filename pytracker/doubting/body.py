@@ -32,6 +32,10 @@ only from a few centimetres on, 2.4 and 1.9."""
 FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
 """Exchanges of left and right, or of people, in no more than the first share of the frames are not told; beyond the
 second it is the recording that is suspected, not the detector."""
+FEW_BESIDE = 0.05
+"""Detectors' points are wild in a few frames in a hundred."""
+MANY_BESIDE = 0.2
+"""Of another take those of both wrists are beside skin, and of one alone in a tenth of the frames."""
 
 FACE = 0.45
 """So much of a head is skin, in the median frame, where its face is seen: of seven clips of two people 0.48 to 1."""
@@ -85,15 +89,31 @@ def _of_others(track: BodyTrack) -> tuple[str, ...]:
 
 
 def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
-    """A sentence where keypoints are of other frames than they are counted as."""
+    """A sentence where keypoints are of other frames than they are counted as, or of a mirrored picture."""
     late, nearer_m = track.points_late
+    if track.points_mirrored:
+        return (
+            f"{where_of(track.recording)}: the keypoints of the wrists lie beside skin, and on it if the picture is "
+            "mirrored: were they found in a mirrored copy of this video, as phones show who films themselves?",
+        )
     if nearer_m < NEARER_M:
-        return _of_another_take(track)
+        told = _of_another_take(track), _of_points_beside_skin(track)
+        return (told[0] or told[1]) if track.points_beside_skin < MANY_BESIDE * len(track.time_s) else told[1]
     side = "before" if late > 0 else "after"
     return (
         f"{where_of(track.recording)}: the keypoints of the wrists lie nearer to skin, by {100 * nearer_m:.1f} cm on "
         f"average, if those of a frame are taken to be of {abs(late)} frames {side} it: is the video cut or counted "
         "otherwise than the one that they were found in?",
+    )
+
+
+def _of_points_beside_skin(track: BodyTrack) -> tuple[str, ...]:
+    """A sentence where those of one wrist at a time were left out."""
+    if track.points_beside_skin <= FEW_BESIDE * len(track.time_s):
+        return ()
+    return (
+        f"{where_of(track.recording)}: {track.points_beside_skin} keypoints of wrists lie beside all skin, while that "
+        "of the other lies on it: guessed, or stuck where the hand was, not seen, and left out",
     )
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from pytracker.evidence.picture.background import median_of, sampled, without_person
 from pytracker.evidence.picture.complexion import gains_of_face, red_is_blue
 from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette, check_order
-from pytracker.evidence.picture.smaller import smaller, smaller_frames, times_smaller
+from pytracker.evidence.picture.smaller import place_in_smaller, smaller, smaller_frames, times_smaller
 from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.evidence.points.keypoints import PointsEvidence
+from pytracker.evidence.points.on_skin import WristsOnSkin
 from pytracker.evidence.points.subject import points_of_subject
 from pytracker.formats.video import Frame, frames
 from pytracker.recording.recording import BodyRecording
@@ -39,6 +40,8 @@ class Senses:
         self._keypoints: dict[int, Array] = {}
         if view.keypoints is not None:
             self._keypoints = points_of_subject(recording, view.keypoints)
+        root = recording.skeleton.joints(recording.initial[None])["root"]
+        self.wrists = WristsOnSkin(float(view.camera.px_per_m(root)[0]) / shrunk)
 
     def __call__(self, frame: Frame) -> BodyEvidence:
         """What is known of it. Raises `InputError` as `Silhouette`, and for a first frame that is RGB."""
@@ -48,8 +51,16 @@ class Senses:
         if not self._has_seen:
             check_order(image, self.silhouette.background)
             self._has_seen = True
-        keypoints = self._keypoints.get(frame.index)
+        keypoints = self._points_on_skin(frame.index, found)
         return dataclasses.replace(found, keypoints=keypoints, image=frame.image, shrunk=self.shrunk)
+
+    def _points_on_skin(self, index: int, found: BodyEvidence) -> Array | None:
+        keypoints = self._keypoints.get(index)
+        if keypoints is None:
+            return None
+        pixels = place_in_smaller(keypoints[..., :2], self.shrunk)
+        kept = [self.wrists.kept(*both, found.skin_region) for both in zip(keypoints, pixels, strict=True)]
+        return np.array(kept).reshape(keypoints.shape)
 
     def without_picture(self, index: int) -> PointsEvidence:
         """What is known of the frame of that number where there are keypoints alone."""

@@ -34,6 +34,9 @@ EMPTY = {"", "nan", "null", "none", "na", "n/a"}
 EMPTY_ROW = ' ,;"'
 """What rows of a spreadsheet hold below its last; among others they are samples without values."""
 DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
+QUOTED_COMMA = re.compile(r'"\s*([+-]?\d+),(\d+)\s*"')
+THOUSANDS = 3
+"""Digits after a comma that may part thousands."""
 
 
 def read_lines(path: Path) -> list[str]:
@@ -68,7 +71,7 @@ def delimited(lines: list[str], first: int = 0) -> tuple[str, list[str]]:
     Where it is no comma, those of decimals below it are points, as tables are written in half of Europe.
     """
     delimiter = max(",;\t", key=lines[first].count)
-    return delimiter, lines if delimiter == "," else points_for_commas(lines, first + 1)
+    return delimiter, _unquoted(lines, first + 1) if delimiter == "," else points_for_commas(lines, first + 1)
 
 
 def cells_of(line: str, delimiter: str = ",") -> list[str]:
@@ -82,6 +85,14 @@ def cells_of(line: str, delimiter: str = ",") -> list[str]:
 def points_for_commas(lines: list[str], first: int) -> list[str]:
     """The same, with points for decimal commas from the line `first` on; no comma may part the cells."""
     return [*lines[:first], *(DECIMAL_COMMA.sub(".", line) for line in lines[first:])]
+
+
+def _unquoted(lines: list[str], first: int) -> list[str]:
+    """The same, with points for decimal commas in quoted cells from the line `first` on; they may part thousands."""
+    quoted = [match for line in lines[first:] if '"' in line for match in QUOTED_COMMA.finditer(line)]
+    if all(len(match[2]) == THOUSANDS and match[1].lstrip("+-") != "0" for match in quoted):
+        return lines
+    return [*lines[:first], *(QUOTED_COMMA.sub(r"\1.\2", line) for line in lines[first:])]
 
 
 def number(cell: str, path: Path, line: int, column: str) -> float:

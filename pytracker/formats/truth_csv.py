@@ -1,4 +1,4 @@
-"""Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`.
+"""Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`, or all of them in `_mm`.
 
 Comments (`#`) may stand above the header. A gap is an empty cell, or (0, 0, 0) where no row before or after leads
 there.
@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pytracker._core import InputError
-from pytracker.formats.markers import Markers, without_fillers
+from pytracker.formats.markers import UNITS_M, Markers, without_fillers
 from pytracker.formats.text import cells_of, delimited, first_line, parse_table, read_lines, without_cut_row
 
 __all__ = ["read_truth_csv"]
@@ -24,14 +24,15 @@ def read_truth_csv(path: Path | str) -> Markers:
     first = first_line(lines)
     delimiter, lines = delimited(lines, first)
     names = [name.strip().strip('"').strip() for name in cells_of(lines[first], delimiter)]
-    joints = [name.removesuffix("_x_m") for name in names if name.endswith("_x_m")]
-    wanted = {"time_s", *(f"{joint}_{axis}_m" for joint in joints for axis in "xyz")}
+    unit = "mm" if any(name.endswith("_x_mm") for name in names) else "m"
+    joints = [name.removesuffix(f"_x_{unit}") for name in names if name.endswith(f"_x_{unit}")]
+    wanted = {"time_s", *(f"{joint}_{axis}_{unit}" for joint in joints for axis in "xyz")}
     missing = sorted(wanted - set(names))
     if missing or not joints:
         column = ", ".join(missing) or "<joint>_x_m"
         raise InputError(
             f"{path}:{first + 1}: header has no column {column} but {', '.join(names)[:200]}, expected time_s and "
-            "<joint>_x_m, <joint>_y_m, <joint>_z_m, seconds and metres"
+            "<joint>_x_m, <joint>_y_m, <joint>_z_m, seconds and metres (or all of them _mm, millimetres)"
         )
     if twice := [name for name in names if name in wanted and names.count(name) > 1]:
         raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected each name once")
@@ -45,8 +46,9 @@ def read_truth_csv(path: Path | str) -> Markers:
         raise InputError(f"{path}:{table.lines[k]}: time_s is {time_s[k, 0]}, expected increasing times")
     positions = {}
     for joint in joints:
-        points = table.columns(*(f"{joint}_{axis}_m" for axis in "xyz"))
+        points = table.columns(*(f"{joint}_{axis}_{unit}" for axis in "xyz"))
         assert points is not None
+        points *= UNITS_M[unit]
         points[np.isnan(points).any(axis=1)] = np.nan
         positions[joint] = without_fillers(points)
     return Markers(time_s=time_s[:, 0], positions_m=positions, rate_hz=None, warnings=cut)

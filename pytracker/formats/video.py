@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import InputError
 from pytracker.formats.container import frames_of_avi, missing_bytes, span_s
+from pytracker.formats.edit_list import shown_s
 
 __all__ = [
     "MOST_FRAMES",
@@ -168,14 +169,15 @@ def _require_change(path: Path, capture: cv2.VideoCapture, first: Any, count: in
 def _promised(path: Path, capture: cv2.VideoCapture) -> int:
     """How many frames the container says that it has; of an AVI how many it has, unless it says more.
 
-    Where a container's length is that of its sound as well, by when its pictures are. Raises `InputError` for one that
-    is damaged inside.
+    Where a container's length is that of its sound as well, by when its pictures are; where it was trimmed, by how long
+    they are shown. Raises `InputError` for one that is damaged inside.
     """
     said, avi, span = max(0, int(capture.get(cv2.CAP_PROP_FRAME_COUNT))), frames_of_avi(path), span_s(path)
     if span is not None and capture.get(cv2.CAP_PROP_FPS) > 0:
         return round((span[1] - span[0]) * capture.get(cv2.CAP_PROP_FPS)) + 1
     if avi is None or not avi.count:
-        return said
+        shown = shown_s(path)
+        return said if shown is None else min(said, round(shown * capture.get(cv2.CAP_PROP_FPS)) or said)
     if avi.broken_at is not None and avi.count < said:
         raise InputError(
             f"{path}: is damaged at byte {avi.broken_at} of {path.stat().st_size}: no frame is found there, and those "

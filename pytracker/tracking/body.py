@@ -14,7 +14,7 @@ from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Trac
 from pytracker.evidence.picture.frozen import HUNG, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.points.followed import followed
-from pytracker.evidence.points.late import LATE, NEARER_M, points_late_of
+from pytracker.evidence.points.late import LATE, MIRRORED, NEARER_M, PointsLate, points_late_of
 from pytracker.evidence.pose.borne_out import head_off
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.evidence.pose.points_borne_out import median_off_m
@@ -77,8 +77,10 @@ class BodyTrack(Track):
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
         points_late: by how many frames keypoints fit the pictures best if they are taken to be late, and by how much
             nearer to skin wrists then lie than as they are counted, m; 0 and 0 where nothing better was found.
+        points_mirrored: whether keypoints lie on skin if the picture they were found in is taken to be mirrored.
         points_off_skin_m: how far from skin they lie as they are counted, on average, and its standard deviation, m;
             NaN where that is not told.
+        points_beside_skin: how many points of wrists lie beside all skin, of one whose other wrist lies on it.
         points_exchanged: in which frames left and right of the keypoints had to be exchanged for that `(T,)`.
         shown: the evidence of a frame about the middle; None without a video.
         gains: of blue, green and red, by which pictures were multiplied to have the face of the first frame as faces
@@ -100,7 +102,9 @@ class BodyTrack(Track):
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
     points_late: tuple[int, float] = (0, 0.0)
+    points_mirrored: bool = False
     points_off_skin_m: tuple[float, float] = NOT_TOLD
+    points_beside_skin: int = 0
     points_exchanged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     shown: Shown | None = None
     gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -211,7 +215,8 @@ def track_body(
     stage_s = {"background": background_s, "evidence": senses.run_s, "filter": found.filter_s}
     track = _assemble(recording, method, seed, tracker, found, watched, stage_s)
     if senses.silhouette is not None:
-        track = replace(track, gains=senses.silhouette.parameters.gains, red_is_blue=senses.red_is_blue)
+        gains, beside = senses.silhouette.parameters.gains, senses.wrists.left_out
+        track = replace(track, gains=gains, red_is_blue=senses.red_is_blue, points_beside_skin=beside)
     if found.lost:
         loss = TrackingError(found.lost)
         loss.track = track
@@ -231,13 +236,21 @@ def _reasons(
         hung = watched.frozen.hung()
         seen = [together(words, {"": HUNG if hangs else ""}) for words, hangs in zip(seen, hung, strict=True)]
     has_moved = camera_moved(recording.view, found.time_s[: found.tracked], found.table["root"][:, 0])
-    are_late = watched.late is not None and watched.late.found()[1] >= NEARER_M
-    of_all = {"": LATE if are_late else ""}
+    of_all = {"": _of_all_points(watched.late)}
     said = [
         together(words, {"": str(doubt)}, {"": MOVED if moved else ""}, of_all)
         for words, doubt, moved in zip(seen, found.table["doubt"], has_moved, strict=True)
     ]
     return said + [{"": "the track was lost before"}] * (found.count - found.tracked)
+
+
+def _of_all_points(late: PointsLate | None) -> str:
+    """Why none of a recording's keypoints are to be believed; empty where they are."""
+    if late is None:
+        return ""
+    if late.are_mirrored:
+        return MIRRORED
+    return LATE if late.found()[1] >= NEARER_M else ""
 
 
 def _assemble(
@@ -275,6 +288,7 @@ def _assemble(
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(np.array(watched.points_astray_m)),
         points_late=(0, 0.0) if watched.late is None else watched.late.found(),
+        points_mirrored=watched.late is not None and watched.late.are_mirrored,
         points_off_skin_m=NOT_TOLD if watched.late is None else watched.late.off_skin(),
         points_exchanged=np.array(watched.exchanged + [False] * (found.count - found.tracked)),
         shown=watched.shown,

@@ -1,12 +1,14 @@
-"""Whether a detector's keypoints are of the frames that they are given for: wrists lie on skin, sooner or later do not.
+"""Whether a detector's keypoints are of the frames they are given for: wrists lie on skin, sooner, later, mirrored not.
 
 Keypoints of a clip that was cut, converted or counted otherwise than the video are some frames early or late. What
-moves then lies beside its points, by more the farther off the count is; where nothing moves, nothing is told.
+moves then lies beside its points, by more the farther off the count is; where nothing moves, nothing is told. Those of
+a mirrored picture look, exchanged, like the person's, whose arms then do what the other one does.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.picture.silhouette import BodyEvidence
@@ -16,7 +18,7 @@ from pytracker.recording.body_view import rate_of
 from pytracker.recording.recording import BodyView
 from pytracker.rotation import Array
 
-__all__ = ["LATE", "NEARER_M", "PointsLate", "points_late_of"]
+__all__ = ["LATE", "MIRRORED", "NEARER_M", "PointsLate", "points_late_of"]
 
 FARTHER_S = (0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
 LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.05, *FARTHER_S])
@@ -30,6 +32,9 @@ NEARER_M = 0.002
 """Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
 3 to 13."""
 LATE = "the keypoints are of other frames"
+MIRRORED = "the keypoints are of a mirrored picture"
+MIRRORED_M = 0.005
+"""So much nearer to skin, on average, they may lie if the picture is mirrored; right ones never do."""
 LEAST_SHARE = 0.5
 """Of so many of the frames it must be told how they fare."""
 _WRISTS = [KEYPOINTS.index(f"{side}_wrist") for side in ("left", "right")]
@@ -50,26 +55,30 @@ class PointsLate:
         self._frames = keypoints.frames
         self._wrists = place_in_smaller(keypoints.points[:, :, _WRISTS, :2], shrunk)
         self._off_m: list[Array] = []
+        self._mirrored_m: list[Array] = []
 
     def look(self, index: int, evidence: BodyEvidence, px_per_m: float) -> None:
         """Take what frame `index` shows, at so many pixels a metre of the smaller picture."""
         if evidence.skin_region is None:
             return
         distance_px = evidence.skin_region[0]
-        height, width = distance_px.shape
         at = index + self.late
         rows = np.clip(np.searchsorted(self._frames, at), 0, len(self._frames) - 1)
-        wrists = self._wrists[rows]
-        wrists = np.where((self._frames[rows] == at)[:, None, None, None], wrists, np.nan)
-        known = np.asarray(np.isfinite(wrists).all(axis=-1))
-        u, v = np.rint(np.where(known[..., None], wrists, -1.0)).astype(int).transpose(3, 0, 1, 2)
-        known &= (u >= 0) & (u < width) & (v >= 0) & (v < height)
-        from_skin = distance_px[np.where(known, v, 0), np.where(known, u, 0)] / px_per_m
-        off = np.where(known, np.minimum(from_skin, MOST_M), 0.0)
-        count = known.sum(axis=-1)
-        each = np.where(count > 0, off.sum(axis=-1) / np.maximum(count, 1), np.inf)
-        nearest = each.min(axis=-1)
-        self._off_m.append(np.where(np.isfinite(nearest), nearest, np.nan))
+        wrists = np.where((self._frames[rows] == at)[:, None, None, None], self._wrists[rows], np.nan)
+        self._off_m.append(_off_skin(distance_px, wrists, px_per_m))
+        counted = wrists[self.late == 0]
+        mirrored = np.stack([distance_px.shape[1] - 1.0 - counted[..., 0], counted[..., 1]], axis=-1)
+        self._mirrored_m.append(_off_skin(distance_px, mirrored, px_per_m))
+
+    @property
+    def are_mirrored(self) -> bool:
+        """Whether they lie on skin if the picture that they were found in is taken to be mirrored, and else do not."""
+        off = np.array(self._off_m).reshape(-1, len(self.late))[:, self.late == 0]
+        mirrored = np.array(self._mirrored_m).reshape(-1, 1)
+        told = np.isfinite(off) & np.isfinite(mirrored)
+        if told.sum() <= LEAST_SHARE * max(1, len(off)):
+            return False
+        return bool(mirrored[told].mean() < min(NEAR_M, off[told].mean() - MIRRORED_M))
 
     def off_skin(self) -> tuple[float, float]:
         """How far wrists lie from skin in the frames that they are counted as, on average, and its spread, m.
@@ -93,6 +102,19 @@ class PointsLate:
         is_near = np.where(told, off, 0.0).sum(axis=0) <= np.maximum(NEAR_M * told.sum(axis=0), NEARER * counted)
         best = int(np.argmax(np.where(is_near, gains, 0.0)))
         return (int(self.late[best]), float(gains[best])) if is_near[best] and gains[best] > 0.0 else (0, 0.0)
+
+
+def _off_skin(distance_px: NDArray[np.float32], wrists: Array, px_per_m: float) -> Array:
+    """How far from skin are both wrists of the nearest of people, on average, m `(L,)`, of `(L, P, 2, 2)`, px."""
+    height, width = distance_px.shape
+    known = np.asarray(np.isfinite(wrists).all(axis=-1))
+    u, v = np.rint(np.where(known[..., None], wrists, -1.0)).astype(int).transpose(3, 0, 1, 2)
+    known &= (u >= 0) & (u < width) & (v >= 0) & (v < height)
+    from_skin = distance_px[np.where(known, v, 0), np.where(known, u, 0)] / px_per_m
+    off, count = np.where(known, np.minimum(from_skin, MOST_M), 0.0), known.sum(axis=-1)
+    each = np.where(count > 0, off.sum(axis=-1) / np.maximum(count, 1), np.inf)
+    nearest = each.min(axis=-1)
+    return np.where(np.isfinite(nearest), nearest, np.nan)
 
 
 def points_late_of(view: BodyView, shrunk: int) -> PointsLate | None:

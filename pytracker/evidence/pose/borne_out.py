@@ -38,7 +38,7 @@ OTHER_M2 = 0.08
 """A piece of foreground that is larger and not on the trunk is somebody else: a forearm with its hand has 0.04."""
 NOBODYS = 0.30
 """This share of the skin that is nobody's, and an arm is elsewhere."""
-UNKNOWN_M = 0.12
+UNKNOWN_M = 0.13
 """A wrist that may be farther off, for all that the skin says, is not known."""
 OFF_PERSON_M = 0.08
 """Clothes of the wall's colour leave holes in the foreground, m."""

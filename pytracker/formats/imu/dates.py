@@ -10,22 +10,28 @@ from pytracker._core import InputError
 
 __all__ = ["as_seconds"]
 
-DATE_OR_TIME = re.compile(r"\d{4}[-/]\d\d?[-/]\d\d?[ T]|\d{8}T\d|\d\d?[./-]\d\d?[./-]\d{4}[ T]|\d\d?:\d\d:")
+DATE_OR_TIME = re.compile(r"\d{4}[-/]\d\d?[-/]\d\d?[ T]|\d{8}T\d|\d\d?[./-]\d\d?[./-]\d{4}[ T]|\d\d?:\d\d[:.,]\d")
 YEAR_FIRST = r"(?P<year>\d{4})(?P<by>[-/]?)(?P<month>\d\d?)(?P=by)(?P<day>\d\d?)"
 YEAR_LAST = r"(?P<first>\d\d?)(?P<by>[-/.])(?P<second>\d\d?)(?P=by)(?P<year>\d{4})"
 TIME = (
     r"(?P<hour>\d\d?):?(?P<minute>[0-5]\d):?(?P<whole>[0-5]\d)(?:[.,](?P<fraction>\d+))?\s*(?P<half>[AaPp][Mm])?"
     r"\s*(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
 )
-CLOCKS = [re.compile(date + TIME) for date in (f"{YEAR_FIRST}(?:T|\\s+)", f"{YEAR_LAST}(?:T|\\s+)", "")]
-DAY = timedelta(days=1)
+# Spreadsheets leave the hours out.
+MINUTES = r"(?P<minute>[0-5]?\d):(?P<whole>[0-5]\d)[.,](?P<fraction>\d+)"
+CLOCKS = [
+    *(re.compile(date + TIME) for date in (f"{YEAR_FIRST}(?:T|\\s+)", f"{YEAR_LAST}(?:T|\\s+)", "")),
+    re.compile(MINUTES),
+]
+HOUR, DAY = timedelta(hours=1), timedelta(days=1)
 MICROSECOND = timedelta(microseconds=1)
 
 
 def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str] | None:
     """The lines, from `first` on with seconds since the first date or time of day in column `clock`.
 
-    None where it has none. Times of day may pass midnight. Raises `InputError` for a date or a time that is none.
+    None where it has none. Times of day may pass midnight, those without hours the hour. Raises `InputError` for a date
+    or a time that is none.
     """
     begin = last = None
     counted = list(lines)
@@ -54,9 +60,9 @@ def _when(cell: str, last: datetime | None) -> datetime | None:
         return None
     try:
         day = _date(said)
-        hour = int(said["hour"])
-        if said["half"]:
-            hour = hour % 12 + 12 * (said["half"].lower() == "pm")
+        hour = int(said.get("hour") or 0)
+        if half := said.get("half"):
+            hour = hour % 12 + 12 * (half.lower() == "pm")
         at = day.replace(
             hour=hour, minute=int(said["minute"]), second=int(said["whole"]),
             microsecond=int((said["fraction"] or "0")[:6].ljust(6, "0")),
@@ -65,8 +71,9 @@ def _when(cell: str, last: datetime | None) -> datetime | None:
         return None
     if "year" not in said and last is not None:
         # More than half a day back is past midnight; what is less is left to whoever looks at the order.
-        at += DAY * max(0, round((last - at) / DAY))
-    return at - _zone(said["zone"])
+        turn = DAY if "hour" in said else HOUR
+        at += turn * max(0, round((last - at) / turn))
+    return at - _zone(said.get("zone"))
 
 
 def _date(said: dict[str, str | None]) -> datetime:

@@ -89,6 +89,7 @@ def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[s
     for person, joint in np.ndindex(filled.shape[1:]):
         for order in UNITS:
             filled[:, person, joint] |= _on_polynomial(pixels[:, person, joint], frames, order, unit)
+    filled |= _held_throughout(pixels, unit)
     if not filled.any():
         return keypoints, ()
     points = np.where(filled[..., None], np.nan, keypoints.points)
@@ -103,6 +104,18 @@ def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[s
         f"in a row of the {name} in frames {frames[first]} to {last}: filled in or held, not seen, and left out"
     )
     return dataclasses.replace(keypoints, points=points), (words,)
+
+
+def _held_throughout(pixels: Array, unit: float) -> NDArray[np.bool_]:
+    """Which points `(T, P, J)` are of joints that have one place from first to last, while most others have not."""
+    seen = np.asarray(np.isfinite(pixels).all(axis=-1))
+    spans = np.where(seen[..., None], pixels, -np.inf).max(axis=0) - np.where(seen[..., None], pixels, np.inf).min(
+        axis=0
+    )
+    is_many, is_one = seen.sum(axis=0) >= REPEATS, (spans == 0.0).all(axis=-1)
+    moves = (is_many & ~is_one).sum(axis=1, keepdims=True) > (is_many & is_one).sum(axis=1, keepdims=True)
+    # Whole pixels may stay the same where somebody stands still.
+    return np.asarray(seen & is_many & is_one & moves & (unit < 1.0))
 
 
 def _on_polynomial(pixels: Array, frames: NDArray[np.int64], order: int, unit: float) -> NDArray[np.bool_]:
