@@ -41,6 +41,20 @@ def test_a_heading_that_is_off_is_told(pattern: str) -> None:
         assert "camera and IMU agree better with heading_deg turned by -20° (log evidence +" in doubt
 
 
+@pytest.mark.parametrize("cx", [320.0, 190.0])
+def test_beside_a_matrix_of_other_pictures_nothing_else_is_blamed(simulated: Path, cx: float) -> None:
+    """Of another size, or cut out: a shoulder was said to be elsewhere, with firm figures."""
+    track = tracked("rectangle", 1, heading_deg=20.0)
+    (view,), loaded = track.recording.views, pt.load(simulated)
+    assert isinstance(loaded, pt.ArmRecording)
+    video = loaded.views[0].video
+    (fx, skew, _), second, third = view.camera.matrix
+    camera = dataclasses.replace(view.camera, matrix=((fx, skew, cx), second, third))
+    seen = dataclasses.replace(track.recording, views=(dataclasses.replace(view, camera=camera, video=video),))
+    said = pt.doubts(dataclasses.replace(track, recording=seen))
+    assert any("agree better" in words for words in said) == (cx == 320.0)
+
+
 def test_a_heading_that_is_another_after_a_pause_is_told() -> None:
     """A sensor that was started anew: only its gap was named, and the wrist 10 to 17 cm off."""
     simulation = ArmSimulation(pt.ArmScene(pattern="rectangle", duration_s=20.0, worn=True), 37)

@@ -329,7 +329,11 @@ def test_a_camera_of_another_size_is_said(simulated: Path, tmp_path: Path) -> No
     camera = pt.Camera(matrix=((1400.0, 0, 640.0), (0, 1400.0, 480.0), (0, 0, 1)))
     (words,) = camera.oddities((640, 480))
     assert "principal point at (640, 480), 50% off the middle of pictures of 640 x 480 px" in words
+    assert "of about 1280 x 960 px" in words
     assert camera.oddities((1280, 960)) == ()
+    # Off by as much of either side: of a picture that was scaled. Lenses are off by less, or by other shares.
+    assert len(camera.oddities((1600, 1200))) == len(camera.oddities((1024, 768))) == 1
+    assert camera.oddities((1240, 930)) == camera.oddities((1400, 1060)) == ()
     (words,) = pt.Camera(matrix=((700.0, 0, 240.0), (0, 700.0, 320.0), (0, 0, 1))).oddities((640, 480))
     assert words.endswith("are cx and cy exchanged?")
     (words,) = pt.Camera(matrix=((910.0, 0, 320.0), (0, 700.0, 240.0), (0, 0, 1))).oddities((640, 480))

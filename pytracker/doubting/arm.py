@@ -15,6 +15,7 @@ from pytracker.doubting.pauses import of_hanging
 from pytracker.doubting.swivel import hangs
 from pytracker.doubting.upper_arm import of_unused_senses, of_upper_arm
 from pytracker.evidence.sightings import Sightings
+from pytracker.formats.video import probe
 from pytracker.methods.arm import Smooth
 from pytracker.recording.recording import ArmRecording
 from pytracker.tracking.alike import UNLIKE
@@ -42,9 +43,17 @@ def of_arm(track: ArmTrack) -> tuple[str, ...]:
     """Sentences, as of `doubts`."""
     alone = _tracked_alone(track)
     upper_arm = of_upper_arm(track, alone)
-    described = of_clocks(track) or _of_description_or_patch(track, alone, upper_arm) or _of_elbow(track)
+    # A camera that was odd as it was loaded is why, and would be taken for another shoulder or distance.
+    described = of_clocks(track) or (
+        () if _has_odd_camera(track) else _of_description_or_patch(track, alone, upper_arm) or _of_elbow(track)
+    )
     odd = *of_hanging(track), *_of_jitter(track)
     return *odd, *described, *upper_arm, *of_unused_senses(track)
+
+
+def _has_odd_camera(track: ArmTrack) -> bool:
+    seen = [(view.camera, probe(view.video)) for view in track.recording.views if view.video is not None]
+    return any(camera.oddities((info.width, info.height)) for camera, info in seen)
 
 
 def _of_description_or_patch(track: ArmTrack, alone: ArmTrack | None, upper_arm: tuple[str, ...]) -> tuple[str, ...]:
@@ -128,8 +137,10 @@ def _of_setup(track: ArmTrack) -> tuple[str, ...]:
         return ()
     surprising.sort(key=lambda found: -found.surprise)
     worst = surprising[0]
+    # From one place a camera that is nearer sees what one with a longer lens does.
+    alike = f" (or {worst.name.partition('.')[0]}.matrix, its focal length)" if "translation" in worst.name else ""
     return (
         f"{where_of(track.recording)}: camera and IMU agree better with another {worst.what}, by {worst.change:+.3g} ± "
         f"{worst.sd:.2g} {worst.unit}, expected at most ± {SURPRISING * worst.change_sd:.2g} {worst.unit}: check "
-        f"{' and '.join(dict.fromkeys(found.name for found in surprising))}",
+        f"{' and '.join(dict.fromkeys(found.name for found in surprising))}{alike}",
     )

@@ -28,13 +28,17 @@ MOST_WINDOWS = 20
 """More tell little more."""
 EACH_S = 0.05
 """Samples are taken together over so long."""
-BY_GRAVITY = 0.15
-"""What gravity tells is off by up to 0.07 on arms that move: less is left to VQF, rad/s."""
+BY_GRAVITY = 0.05
+"""What gravity tells well is off by up to 0.025 on arms that move: less is left to VQF, rad/s."""
+WELL = 0.03
+"""Along such axes, standard deviation, rad/s."""
+CAUTIOUS = 3.0
+"""Standard deviations are so many times what it was off by."""
 LEAST_WINDOWS = 3
 LASTS_S = 1.0
 """How long an arm's own acceleration stays alike."""
 TOLD = 0.25
-"""Along an axis that is known worse nothing is told, rad/s, standard deviation: four times what it was off by."""
+"""Along an axis that is known worse nothing is told, rad/s, standard deviation."""
 MOST = 1.0
 """No gyroscope is biased by more, rad/s."""
 ROUNDS = 8
@@ -73,14 +77,16 @@ def _turns_by(log: ImuLog, parts: list[slice], rate: Float) -> bool:
     return seen > 0.5 * expected
 
 
-def bias_by_gravity(log: ImuLog) -> Float:
-    """That with which gravity stays where it is while the sensor moves `(3,)`, rad/s; 0 along what it does not tell.
+def bias_by_gravity(log: ImuLog) -> tuple[Float, Float]:
+    """That with which gravity stays where it is while the sensor moves `(3,)`, rad/s, and how well it is known.
 
     Turned back by the gyroscope to where a window began, the acceleration is gravity but for what the arm does, which
     averages out. A bias b turns it by phi(t) b, phi the integral of what turned it back: least squares over windows.
-    About an axis that stays upright a bias turns nothing.
+    About an axis that stays upright a bias turns nothing: of that it is known to be as large as the others, as badly as
+    that is known (its standard deviation, with the axis as its direction `(3,)`). 0 where what is known well is small.
     """
     bias, parts = np.zeros(3), _windows(log)
+    sds, axes = np.full(3, np.inf), np.eye(3)
     for _ in range(ROUNDS if len(parts) >= LEAST_WINDOWS else 0):
         rows = [_window(log, a, b, bias) for a, b in parts]
         slopes, off = (np.concatenate([row[k] for row in rows]) for k in (0, 1))
@@ -91,7 +97,14 @@ def bias_by_gravity(log: ImuLog) -> Float:
         # An axis of which gravity hardly tells would run away along itself.
         along = np.where(sds < TOLD, axes.T @ (slopes.T @ off), 0.0) / weights
         bias = bias + axes @ along
-    return bias if np.linalg.norm(bias) <= MOST else np.zeros(3)
+    along, is_well = axes.T @ bias, sds < WELL
+    large = float(np.sqrt(np.mean(along[is_well] ** 2))) if is_well.any() else 0.0
+    if not BY_GRAVITY <= np.linalg.norm(along[is_well]) <= MOST or np.linalg.norm(bias) > MOST:
+        return np.zeros(3), np.zeros(3)
+    errors = np.minimum(sds, TOLD) / CAUTIOUS
+    shares = np.where(is_well, 1.0, large**2 / (large**2 + errors**2))
+    left = np.where(is_well, 0.0, large * errors / np.hypot(large, errors))
+    return axes @ (shares * along), axes[:, int(np.argmax(left))] * left.max()
 
 
 def _windows(log: ImuLog) -> list[tuple[int, int]]:

@@ -59,7 +59,8 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
     _require_own_files(folder, path, entry)
     views = tuple(_view(folder, f"{path}: camera[{k}]", c, mount, entry.arm.side) for k, c in enumerate(entry.camera))
     views, of_keypoints = _detected(folder, entry, views)
-    overlap_warnings = _check_overlap(views, imu) + of_keypoints + _odd_cameras(path, views)
+    odd_cameras = _odd_cameras(path, views)
+    overlap_warnings = _check_overlap(views, imu) + of_keypoints + odd_cameras
     truth, truth_warnings = (None, []) if entry.truth is None else load_truth(folder, path, entry.truth, entry.arm)
     if truth is not None and entry.truth is not None and (video := views[0].video) is not None:
         truth_warnings += uncovered(folder / entry.truth.file, truth, video, views[0].start_s)
@@ -70,8 +71,8 @@ def load_arm(folder: Path, path: Path, entry: ArmFile) -> ArmRecording:
             if imu.time_s[0] <= view.start_s + SLACK_S:
                 check_start(f"{path}: camera[{number}]", entry.arm, start, view, imu)
     except InputError as error:
-        # What was odd of the sensor may be why.
-        raise InputError("; ".join([str(error), *(f"and {words}" for words in warnings)])) from None
+        # What was odd of sensor or camera may be why.
+        raise InputError("; ".join([str(error), *(f"and {words}" for words in (*warnings, *odd_cameras))])) from None
     start_sds = UNKNOWN_START if is_late or start_warnings else {}
     arm = Arm(
         shoulder_m=entry.arm.shoulder_m,

@@ -12,7 +12,9 @@ from pytracker.rotation import Array, Matrix, Triple
 __all__ = ["Camera", "ProjectionFit", "WeakPerspective"]
 
 OFF_MIDDLE = 0.1
-"""A principal point lies in the middle of the picture, but for this share of its width and height."""
+"""A principal point lies in the middle of the picture, but for this share of its width and height,"""
+SCALED, ALIKE = 0.05, 0.01
+"""or for this share of both, where it is off by the same of either but for so much: of a picture that was scaled."""
 UNLIKE = 0.05
 """Pixels are as wide as high, but for this share."""
 MOST_TANGENTIAL = 0.03
@@ -53,15 +55,16 @@ class Camera:
         off, exchanged = (
             max(abs((a + 0.5) / width - 0.5), abs((b + 0.5) / height - 0.5)) for a, b in ((cx, cy), (cy, cx))
         )
+        is_scaled = off > SCALED and abs((cx + 0.5) / width - (cy + 0.5) / height) < ALIKE
         words = []
-        if off > OFF_MIDDLE:
-            of = f"of about {2 * cx + 1:.0f} x {2 * cy + 1:.0f} px" if min(cx, cy) > 0 else "of another size"
+        if off > OFF_MIDDLE or is_scaled:
+            of = f"of about {2 * round(cx)} x {2 * round(cy)} px" if min(cx, cy) > 0 else "of another size"
             why = (
                 "are cx and cy exchanged?" if exchanged < UNLIKE else f"was it calibrated on pictures {of}, or cut out?"
             )
             words.append(
                 f"matrix has its principal point at ({cx:g}, {cy:g}), {off:.0%} off the middle of pictures of "
-                f"{width} x {height} px, expected at most {OFF_MIDDLE:.0%}: {why}"
+                f"{width} x {height} px, expected at most {SCALED if is_scaled else OFF_MIDDLE:.0%}: {why}"
             )
         if abs(fx / fy - 1.0) > UNLIKE:
             words.append(
