@@ -151,6 +151,21 @@ def test_of_a_video_alone_the_height_tells(moved: dict[str, Array], raised_m: fl
     assert said[0] == ""
 
 
+@pytest.mark.parametrize("what", ["above", "beside", "light"])
+def test_what_else_differs_from_the_background_makes_nobody_come_nearer(what: str) -> None:
+    """A lens that breathes moves a lamp above the head, light a wall: 10 to 60 % of right joints were not valid."""
+    rows = poses(60)
+    ends, joints = SKELETON.core.pose(rows[:1])[1][0], SKELETON.joints(rows)
+    looked = StatureSeen(WHOLE, ends, joints["head"][0])
+    for k in range(60):
+        mask: Image | None = figure(rows[k : k + 1], 0.0)
+        if k >= 30 and mask is not None:
+            mask[4:20, 300:340] |= np.uint8(255 * (what == "above"))
+            mask[440:470, 20:120] |= np.uint8(255 * (what == "beside"))
+            mask = None if what == "light" else mask
+        assert looked.look(k / RATE_HZ, {name: at[k] for name, at in joints.items()}, mask) == ""
+
+
 def test_a_background_that_held_the_legs_makes_nobody_come_nearer() -> None:
     """Legs that stood still are in the video's median, and show once they have moved."""
     rows = poses(60)

@@ -43,6 +43,8 @@ FACE = 0.45
 
 def of_body(track: BodyTrack) -> tuple[str, ...]:
     """Sentences, as of `doubts`."""
+    if track.is_grey and track.recording.view.keypoints is None:
+        return _of_light(track)
     others = _of_others(track)
     late = others or _of_late_points(track)
     # Keypoints of other frames would be laid on the sensors' clocks.
@@ -55,6 +57,11 @@ def of_body(track: BodyTrack) -> tuple[str, ...]:
 
 def _of_light(track: BodyTrack) -> tuple[str, ...]:
     """A sentence where the face of the first frame is not as faces usually are, and was made so."""
+    if track.is_grey and track.recording.view.keypoints is None:
+        return (
+            f"{where_of(track.recording)}: the video has no colour, as of an infra-red camera: no skin is seen in it, "
+            "by which hands are found; with keypoints (pytracker keypoints) it is tracked as well as any",
+        )
     if track.red_is_blue:
         return (
             f"{where_of(track.recording)}: the face of the first frame is blue, and would be as faces are with red and "

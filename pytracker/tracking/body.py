@@ -85,6 +85,7 @@ class BodyTrack(Track):
         shown: the evidence of a frame about the middle; None without a video.
         gains: of blue, green and red, by which pictures were multiplied to have the face of the first frame as faces
             usually are; all one in usual light.
+        is_grey: whether the first frame has no colour.
         red_is_blue: whether the first frame's face is one with red and blue exchanged.
     """
 
@@ -108,6 +109,7 @@ class BodyTrack(Track):
     points_exchanged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
     shown: Shown | None = None
     gains: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    is_grey: bool = False
     red_is_blue: bool = False
 
     @property
@@ -161,6 +163,11 @@ class _Watched:
         self._seen.append(self._pictures.look(observation.time_s, means, sds, evidence))
         self.on_person.append(self._pictures.stands_out.share)
         self.floods.append(self._pictures.stands_out.floods)
+
+    @property
+    def is_grey(self) -> bool:
+        """Whether the first picture has no colour."""
+        return self._pictures.is_grey
 
     @property
     def shown(self) -> Shown | None:
@@ -284,6 +291,7 @@ def _assemble(
         floods=found.rows(np.array(watched.floods, dtype=float)) > 0,
         face_on_back=watched.face.on_back,
         head_off_m=watched.head_off_m,
+        is_grey=watched.is_grey,
         points=found.rows(np.array(watched.points).reshape(-1, len(KEYPOINTS), 3)),
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(np.array(watched.points_astray_m)),

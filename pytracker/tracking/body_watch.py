@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pytracker._core import KEY_JOINTS, Estimate, InputError, Observation
+from pytracker.evidence.picture.complexion import is_grey
 from pytracker.evidence.picture.frozen import HANGS, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.picture.smaller import place_in_smaller
@@ -32,6 +33,7 @@ __all__ = ["NO_BLOB", "BodyWatch", "PictureWatch", "PointsWatch", "Words", "in_w
 Words = dict[str, str]
 """By joint what speaks against it, `""` for the frame; those are left out that nothing speaks against."""
 NO_BLOB = "no skin blob"
+NO_COLOUR = "no skin is seen in a picture without colour"
 
 
 class BodyWatch:
@@ -136,6 +138,8 @@ class PictureWatch:
         self._stature = StatureSeen(self.seen_by, ends[0], self.first["head"], is_median=is_median)
         self._cut_off = CutOff(self.seen_by)
         self.stands_out = StandsOut(self.seen_by)
+        self.is_grey = False
+        """Whether the first picture has no colour."""
         self._has_keypoints = recording.view.keypoints is not None
 
     def look(
@@ -145,12 +149,17 @@ class PictureWatch:
         points, _ = followed(self._camera, means, evidence.keypoints)
         within = None if points is None else place_in_smaller(points[:, :2], self._shrunk)
         words = self._borne_out.look(time_s, means, sds, evidence, within)
+        if self._is_first and evidence.image is not None:
+            self.is_grey = is_grey(evidence.image)
         # The first pose is what the first frame is asked about.
         hardly = self.stands_out.look(time_s, self.first if self._is_first else means, evidence.foreground)
         self._is_first = False
         if self._has_keypoints:
             return words
-        stature = self._stature.look(time_s, means, evidence.foreground)
+        if self.is_grey:
+            return {"": NO_COLOUR}
+        person = None if self.stands_out.floods else evidence.foreground
+        stature = self._stature.look(time_s, means, person)
         hidden = self._cut_off.look(time_s, means, evidence.foreground)
         return together(words, {"": stature}, {"": hardly}, hidden)
 

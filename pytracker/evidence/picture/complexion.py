@@ -14,7 +14,7 @@ import numpy as np
 from pytracker.formats.video import Image
 from pytracker.rotation import Array
 
-__all__ = ["gains_of_face", "red_is_blue"]
+__all__ = ["gains_of_face", "is_grey", "red_is_blue"]
 
 FACE_M = 0.08
 """Radius about the end of a skeleton's head, the middle of the face, within which nothing but a face is seen."""
@@ -44,7 +44,16 @@ DIM_PICTURE = 130.0
 """A head is dim in a picture whose brightest twentieth is not: it is seen from behind, or against the light."""
 
 
+GREY = 8
+"""Blue, green and red of a picture without colour differ by no more; of people before white walls by 50 somewhere."""
+MOSTLY = 0.99
+"""In so much of it."""
 NONE = (1.0, 1.0, 1.0)
+
+
+def is_grey(image: Image) -> bool:
+    """Whether a picture, BGR `(H, W, 3)`, has no colour, as of an infra-red camera: no skin is seen in it."""
+    return bool((image.max(axis=2) - image.min(axis=2) <= GREY).mean() >= MOSTLY)
 
 
 def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float) -> tuple[float, float, float]:

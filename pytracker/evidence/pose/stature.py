@@ -16,6 +16,7 @@ from pytracker.evidence.pose.trunk import NEARER
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
+from pytracker.series import runs
 
 __all__ = ["StatureSeen"]
 
@@ -23,6 +24,10 @@ RIM_PX = 2
 """A foreground that ends so near the rim of the picture goes on beyond it."""
 FARTHER = "bends, squats or goes farther off than is tracked"
 FARTHER_OR_HELD = f"{FARTHER}, or the background, a median, holds a part of the person: give one without"
+ASIDE_M = 0.6
+"""Feet are no farther to the side of the head: what differs from the background there is something else."""
+GAP_M = 0.15
+"""A belt or a hem of the wall's colour parts a person; what is farther off is a thing behind, or above them."""
 TALLER = 1.10
 SHORTER = 0.82
 """Of people who stand where they are it is 0.90 to 1.05 times as tall as at first."""
@@ -45,14 +50,15 @@ class StatureSeen:
         self._model_m = (lowest - top) / float(camera.px_per_m(head[None])[0]) + CROWN_M
         self._lately, self._first = Lately(), AtFirst()
 
-    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image) -> str:
+    def look(self, time_s: float, joints: Mapping[str, Array], foreground: Image | None) -> str:
         """Take a frame's mean joints, `(3,)` each, world, m, and its foreground `(H, W)`, 255 where the person is.
 
-        What lately speaks against it, in words; empty where nothing does, and where feet were not seen at first.
+        None where that is no person, as where the light has changed. What lately speaks against it, in words; empty
+        where nothing does, and where feet were not seen at first.
         A background that holds a part of the person shows them shorter than the model at first: they are nearer where
         they are taller than that.
         """
-        row = np.array([self._tall(joints, foreground)])
+        row = np.array([np.nan if foreground is None else self._tall(joints, foreground)])
         self._first.take(time_s, row)
         (tall_m,), (first_m,) = median_of_known(self._lately.take(time_s, row)), self._first.median
         held = self._model_m / first_m
@@ -62,12 +68,23 @@ class StatureSeen:
 
     def _tall(self, joints: Mapping[str, Array], foreground: Image) -> float:
         """From crown to feet, m as of the tracked distance; NaN where either is not seen."""
-        (u, _), px_per_m = self._camera.project(joints["head"][None])[0], self._camera.px_per_m(joints["root"][None])[0]
-        if not np.isfinite([u, px_per_m]).all() or px_per_m <= 0.0:
+        (u, v), px_per_m = self._camera.project(joints["head"][None])[0], self._camera.px_per_m(joints["root"][None])[0]
+        if not np.isfinite([u, v, px_per_m]).all() or px_per_m <= 0.0:
             return float("nan")
-        reach = round(COLUMN_M * px_per_m)
-        above = np.flatnonzero(foreground[:, max(0, round(u) - reach) : max(0, round(u) + reach + 1)].any(axis=1))
-        rows = np.flatnonzero(foreground.any(axis=1))
-        if not len(above) or above[0] < RIM_PX or rows[-1] >= len(foreground) - RIM_PX:
+        (crown, _), (_, feet) = (
+            _piece_of(foreground[:, max(0, round(u - m * px_per_m)) : max(0, round(u + m * px_per_m) + 1)], v, px_per_m)
+            for m in (COLUMN_M, ASIDE_M)
+        )
+        if crown < RIM_PX or feet >= len(foreground) - RIM_PX:
             return float("nan")
-        return float((rows[-1] - above[0]) / px_per_m) if rows[-1] > above[0] else float("nan")
+        return float((feet - crown) / px_per_m) if feet > crown else float("nan")
+
+
+def _piece_of(columns: Image, v: float, px_per_m: float) -> tuple[int, int]:
+    """First and last row of what differs from the background about row `v`, over gaps of `GAP_M`; outside if none."""
+    pieces: list[tuple[int, int]] = []
+    for begins, after in runs(columns.any(axis=1)):
+        goes_on = bool(pieces) and begins - pieces[-1][1] < GAP_M * px_per_m
+        pieces.append((pieces.pop()[0] if goes_on else begins, after))
+    first, after = min(pieces, key=lambda piece: max(piece[0] - v, v - piece[1] + 1, 0.0), default=(-1, len(columns)))
+    return first, after - 1
