@@ -9,6 +9,7 @@ import pytest
 from test_formats_imu import load, write
 
 import pytracker as pt
+from pytracker.formats.imu.read import read_imu
 from pytracker.rotation import Array
 from pytracker.simulate import ArmSimulation
 
@@ -54,3 +55,45 @@ def test_what_a_logger_leaves_at_the_end_is_no_sample(tmp_path: Path, arm: Array
     assert [words.split(": ", 1)[1] for words in log.warnings] == (
         ["its last row has 3 cells of 11: the file is cut short there, the row left out"] if "0.2" in end else []
     )
+
+
+def test_a_clock_that_stands_before_every_channel_is_named_by_its_number(tmp_path: Path) -> None:
+    """Delsys: muscles are faster than the accelerometer, whose cells are empty below its last."""
+    path = tmp_path / "delsys.csv"
+    rows = [
+        f"{k / 100},0.1,{k / 50},0,{k / 50},0,{k / 50},{9.8 + k}" if k < 20 else f"{k / 100},0.1,,,,,,"
+        for k in range(40)
+    ]
+    path.write_text("\n".join(["Label: arm", "", "X[s],EMG [V],X[s],ACC a,X[s],ACC b,X[s],ACC c", *rows]) + "\n")
+    columns = {"time_s": "X[s].1", "acc_x": "ACC a", "acc_y": "ACC b", "acc_z": "ACC c"}
+    log = read_imu(path, columns=columns)
+    assert log.time_s == pytest.approx(np.arange(20) / 50)
+    assert log.acc is not None
+    assert log.acc[:, 2] == pytest.approx(9.8 + np.arange(20))
+
+
+def test_a_map_of_columns_finds_their_header(tmp_path: Path) -> None:
+    """Noraxon: names with commas in quotes, below what it says of the recording; minutes; m/s/s of Blue Trident."""
+    path = tmp_path / "noraxon.csv"
+    path.write_text(
+        '"Type","Trial"\n"Name","a"\n\n"time,min","Arm X,mG","Arm Y,mG","Arm Z,mG"\n0,0,0,1000\n1,0,0,1000\n'
+    )
+    columns = {"time_s": "time,min", **{f"acc_{axis}": f"Arm {axis.upper()},mG" for axis in "xyz"}}
+    log = read_imu(path, columns=columns)
+    assert log.time_s.tolist() == [0.0, 60.0]
+    assert log.acc is not None
+    assert log.acc[0] == pytest.approx([0.0, 0.0, 9.80665])
+    path.write_text("time_s,ax_m/s/s,ay_m/s/s,az_m/s/s\n0,0,0,9.8\n0.01,0,0,9.8\n")
+    assert read_imu(path).acc is not None
+
+
+def test_an_export_with_the_time_of_day_alone_has_times(tmp_path: Path) -> None:
+    """MT Manager's UTC columns: a rate was asked for, and a wrong one believed."""
+    path = tmp_path / "mt.txt"
+    clocks = [(23, 59, 59, 980_000_000), (23, 59, 59, 990_000_000), (0, 0, 0, 0), (0, 0, 0, 10_000_000)]
+    rows = [
+        f"{k}\t{nano}\t{hour}\t{minute}\t{second}\t0\t0\t9.8" for k, (hour, minute, second, nano) in enumerate(clocks)
+    ]
+    header = "PacketCounter\tUTC_Nano\tUTC_Hour\tUTC_Minute\tUTC_Second\tAcc_X\tAcc_Y\tAcc_Z"
+    path.write_text("\n".join(["// General information:", header, *rows]) + "\n")
+    assert read_imu(path).time_s == pytest.approx(0.01 * np.arange(4), abs=1e-6)

@@ -58,6 +58,9 @@ def test_acceleration_and_degrees_per_second(
     log = read_imu(export(names, q, acc, np.degrees(gyr)))
     assert log.rate_hz == 60.0
     assert log.lines[0] == 12
+    path = export(names, q, acc, np.degrees(gyr))  # as a spreadsheet saves it in half of Europe
+    path.write_text(path.read_text().replace(",", ";"))
+    assert read_imu(path).rate_hz == 60.0
     assert log.time_s - log.time_s[0] == pytest.approx(time_s - time_s[0], abs=2e-6)
     assert log.acc == pytest.approx(acc)
     assert log.gyr == pytest.approx(gyr)

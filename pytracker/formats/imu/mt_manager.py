@@ -3,8 +3,8 @@
 MT Manager says it in `//` comments, DOT in lines such as `OutputRate:,60Hz`. Delimited by tab, comma, semicolon or
 space; acceleration in m/s² with gravity, or free of it in the earth frame; turn rate in rad/s (DOT: degrees per
 second); orientation (sensor to a z-up earth frame) as quaternion w first, matrix written column by column, or Euler
-angles in degrees. A sample's time is its clock, or its packet counter, which wraps at 65535, over the rate; packets
-that were lost leave a gap.
+angles in degrees. A sample's time is its clock, or its packet counter, which wraps at 65535, over the rate, or the time
+of day; packets that were lost leave a gap.
 """
 
 from __future__ import annotations
@@ -27,6 +27,8 @@ Float = NDArray[np.float64]
 
 COUNTER = "PacketCounter"
 FINE = "SampleTimeFine"
+UTC = ("UTC_Hour", "UTC_Minute", "UTC_Second", "UTC_Nano")
+UTC_S, DAY_S = np.array([3600.0, 60.0, 1.0, 1e-9]), 86400
 ACC = ("Acc_X", "Acc_Y", "Acc_Z")
 FREE_ACC = (("FreeAcc_E", "FreeAcc_N", "FreeAcc_U"), ("FreeAcc_X", "FreeAcc_Y", "FreeAcc_Z"))
 """Free of gravity and in the earth frame, as newer and older versions name it."""
@@ -39,7 +41,7 @@ MATRIX = tuple(f"Mat[{row}][{column}]" for column in (1, 2, 3) for row in (1, 2,
 EULER = ("Roll", "Pitch", "Yaw")
 EULER_DOT = ("Euler_X", "Euler_Y", "Euler_Z")
 KNOWN = {
-    COUNTER, FINE, *ACC, *FREE_ACC[0], *FREE_ACC[1], *GYR, *MAG, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER,
+    COUNTER, FINE, *UTC, *ACC, *FREE_ACC[0], *FREE_ACC[1], *GYR, *MAG, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER,
     *EULER_DOT,
 }  # fmt: skip
 MOST_COLUMNS = 1000
@@ -189,7 +191,7 @@ def _lost_samples(table: Table) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
 def _stated_rate(path: Path, comments: list[str]) -> float | None:
     """`// Update Rate: 100.0Hz`, which only old versions write; `OutputRate:,60Hz` of a DOT."""
     for number, line in enumerate(comments, start=1):
-        found = re.match(r"(?://\s*Update Rate:|OutputRate:,?)\s*(.*?)\s*(Hz)?[\s,]*$", line, re.IGNORECASE)
+        found = re.match(r"(?://\s*Update Rate:|OutputRate:[,;]?)\s*(.*?)\s*(Hz)?[\s,;]*$", line, re.IGNORECASE)
         if found:
             try:
                 rate = float(found[1])
@@ -206,6 +208,8 @@ def _times(table: Table, rate: float | None) -> Float:
     fine = table.columns(FINE)
     if fine is not None and np.isfinite(fine).all() and len(fine) > 1:
         return _fine_times(table, _unwrap(fine[:, 0], FINE_WRAP))
+    if rate is None and (utc := table.columns(*UTC)) is not None and np.isfinite(utc).all():
+        return _unwrap(utc @ UTC_S, DAY_S)
     if rate is None:
         raise InputError(
             f"{table.path}: states neither an Update Rate nor sample times (newer MT Manager versions leave the rate "

@@ -28,8 +28,9 @@ TIME = re.compile(
 )
 """With the unit at its end."""
 BEHIND = {
-    "g": "g", "mg": "mg", "ms2": "m/s2", "mps2": "m/s2", "m/s2": "m/s2", "dps": "deg/s", "degs": "deg/s",
-    "deg/s": "deg/s", "rads": "rad/s", "radps": "rad/s", "rps": "rad/s", "rad/s": "rad/s", "mdps": "mdps",
+    "g": "g", "mg": "mg", "ms2": "m/s2", "mps2": "m/s2", "m/s2": "m/s2", "m/s/s": "m/s2", "dps": "deg/s",
+    "degs": "deg/s", "deg/s": "deg/s", "rads": "rad/s", "radps": "rad/s", "rps": "rad/s", "rad/s": "rad/s",
+    "mdps": "mdps",
 }  # fmt: skip
 """Units that stand behind an axis: `gx_dps`."""
 THOUSANDTHS = ("mg", "milli-g", "millig", "mdps")
@@ -56,6 +57,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {
         "": 1.0, "s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "milliseconds": 1e-3,
         "us": 1e-6, "µs": 1e-6, "usec": 1e-6, "microseconds": 1e-6, "ns": 1e-9, "nanoseconds": 1e-9,
+        "min": 60.0, "minutes": 60.0,
     },
     "q": {"": 1.0},
     "acc": {

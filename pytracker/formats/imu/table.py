@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,7 +27,7 @@ from pytracker.formats.imu.names import (
     of_shimmer,
     unit_in,
 )
-from pytracker.formats.text import cells_of, delimited, parse_table, without_cut_row
+from pytracker.formats.text import Table, cells_of, delimited, parse_table, without_cut_row
 from pytracker.inertial.log import ImuLog
 
 __all__ = ["ACC", "GYR", "QUATERNION", "Header", "header_of", "read"]
@@ -70,12 +70,17 @@ class Header:
     devices: tuple[str, ...] = ()
 
 
-def header_of(lines: list[str]) -> Header:
-    """Of a file's lines: the first that names a sensor's columns, else the first that is not blank or says `sep=`."""
+def header_of(lines: list[str], columns: Collection[str] = ()) -> Header:
+    """Of a file's lines: the first that names a sensor's columns, else the first that is not blank or says `sep=`.
+
+    Where names of `columns` are given, the first that has all of them.
+    """
     said = [k for k, line in enumerate(lines[:HEADER_WITHIN]) if line.strip() and not SEPARATOR.match(line)]
     first = next((k for k in said if _names_columns(lines[k])), said[0] if said else len(lines) - 1)
+    given = {name.lower() for name in columns}
+    first = next((k for k in said if given and given <= set(_numbered(_names(lines[k])))), first)
     delimiter, lines = delimited(lines, first)
-    names = [name.strip().strip('"').lower() for name in cells_of(lines[first], delimiter)]
+    names = _numbered(_names(lines[first]))
     below = lines[first + 1].split(delimiter) if first + 1 < len(lines) else []
     devices: tuple[str, ...] = ()
     if (
@@ -88,6 +93,22 @@ def header_of(lines: list[str]) -> Header:
         names, first = of_shimmer(names, units) if len(devices) < 2 else names, first + 1
     # A comma at the end of every line begins no column.
     return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines, devices)
+
+
+def _names(line: str) -> list[str]:
+    """In small letters, by whichever of comma, semicolon and tab parts them."""
+    delimiter, _ = delimited([line])
+    return [name.strip().strip('"').lower() for name in cells_of(line, delimiter)]
+
+
+def _numbered(names: list[str]) -> list[str]:
+    """The same, those that stand again as `name.1`, `name.2`, unless they are a sensor's: Delsys repeats its clock."""
+    return [
+        name
+        if name in OURS or known_as(name) is not None or not (before := names[:k].count(name))
+        else f"{name}.{before}"
+        for k, name in enumerate(names)
+    ]
 
 
 def _names_columns(line: str) -> bool:
@@ -103,7 +124,7 @@ def read(
 
     `columns` says what ours are called in the file, `rate_hz` how fast rows without a time follow each other.
     """
-    header = header_of(lines)
+    header = header_of(lines, (columns or {}).values())
     names, known = _ours(path, list(header.names), columns or {})
     numbered = [] if set(QUATERNION) & set(names) else numbered_quaternion(names)
     names = [QUATERNION[numbered.index(name)] if name in numbered else name for name in names]
@@ -119,7 +140,7 @@ def read(
     dated = None if at is None else as_seconds(path, lines, header.first, header.delimiter, at)
     if dated is not None:
         lines, clock = dated, None  # dates say their unit
-    table = parse_table(path, lines, header.first, names, header.delimiter, OURS)
+    table = _without_tail(parse_table(path, lines, header.first, names, header.delimiter, OURS))
 
     def scaled(*group: str) -> NDArray[np.float64] | None:
         values = table.columns(*group)
@@ -149,6 +170,13 @@ def read(
         warnings=(*cut, *odd),
         unread=tuple(name for name in names if name not in OURS),
     )
+
+
+def _without_tail(table: Table) -> Table:
+    """The same without rows below the last that holds anything of the sensor: others beside it are faster."""
+    holds = np.flatnonzero(np.isfinite(table.values).any(axis=1))
+    last = int(holds[-1]) if len(holds) else len(table.values)
+    return table.without(np.arange(len(table.values)) > last)
 
 
 def _check_names(path: Path, line: int, names: list[str], *, has_rate: bool) -> None:
