@@ -28,7 +28,7 @@ def region(*hands: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def points(left: tuple[float, float], right: tuple[float, float]) -> np.ndarray:
-    found = np.full((9, 3), 50.0)
+    found = np.tile([50.0, 50.0, 1.0], (9, 1))
     found[LEFT, :2], found[RIGHT, :2] = left, right
     return found
 
@@ -41,15 +41,14 @@ def test_a_wrist_beside_all_skin_is_left_out_where_wrists_are_bare(sleeve_m: flo
     right = points((40, 60 - away), (110, 60 - away))
     guessed = points((60, 90), (110, 60 - away))
     for _ in range(LEAST_FRAMES):
-        assert np.isfinite(wrists.kept(right, right[:, :2], region(*hands))).all()
-    kept = wrists.kept(guessed, guessed[:, :2], region(*hands))
+        assert wrists.beside(right, region(*hands)) == []
     is_bare = sleeve_m == 0.0
-    assert np.isnan(kept[LEFT]).all() == is_bare
-    assert np.isfinite(np.delete(kept, LEFT, axis=0)).all()
+    assert wrists.beside(guessed, region(*hands)) == ([LEFT] if is_bare else [])
     assert wrists.left_out == is_bare
-    # Where the light goes out, or nothing is known of skin, nothing is told of either.
-    assert np.isfinite(wrists.kept(guessed, guessed[:, :2], region((5, 5)))).all()
-    assert np.isfinite(wrists.kept(guessed, guessed[:, :2], None)).all()
+    # Where the light goes out, nothing is known of skin, or a detector is as far off, nothing is told.
+    assert wrists.beside(guessed, region((5, 5))) == []
+    assert wrists.beside(guessed, None) == []
+    assert wrists.beside(guessed * [1.0, 1.0, 12.0], region(*hands)) == []
 
 
 @pytest.mark.parametrize("is_guessed", [True, False])

@@ -32,8 +32,8 @@ only from a few centimetres on, 2.4 and 1.9."""
 FEW_EXCHANGED, MOST_EXCHANGED = 0.02, 0.5
 """Exchanges of left and right, or of people, in no more than the first share of the frames are not told; beyond the
 second it is the recording that is suspected, not the detector."""
-FEW_BESIDE = 0.05
-"""Detectors' points are wild in a few frames in a hundred."""
+FEW_BESIDE = 0.1
+"""Detectors' points are wild in a few frames in a hundred, and left out."""
 MANY_BESIDE = 0.2
 """Of another take those of both wrists are beside skin, and of one alone in a tenth of the frames."""
 

@@ -58,9 +58,11 @@ class Senses:
         keypoints = self._keypoints.get(index)
         if keypoints is None:
             return None
-        pixels = place_in_smaller(keypoints[..., :2], self.shrunk)
-        kept = [self.wrists.kept(*both, found.skin_region) for both in zip(keypoints, pixels, strict=True)]
-        return np.array(kept).reshape(keypoints.shape)
+        kept = keypoints.copy()
+        for person in kept:
+            pixels = np.column_stack([place_in_smaller(person[:, :2], self.shrunk), person[:, 2] / self.shrunk])
+            person[self.wrists.beside(pixels, found.skin_region)] = np.nan
+        return kept
 
     def without_picture(self, index: int) -> PointsEvidence:
         """What is known of the frame of that number where there are keypoints alone."""

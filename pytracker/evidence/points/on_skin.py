@@ -16,6 +16,8 @@ __all__ = ["WristsOnSkin"]
 
 BESIDE_M = 0.06
 """Points of wrists so far from skin are beside it: of seven right clips of people none is by more than 2.5 cm."""
+SPREADS = 3.0
+"""Nor is a detector's that is spread by a third as much."""
 NEAR_M = 0.025
 MOSTLY, LEAST_FRAMES = 0.5, 10
 """In more than this share of so many frames, at least, the nearer wrist of who is bare lies on skin: in long sleeves
@@ -36,25 +38,22 @@ class WristsOnSkin:
         self.left_out = 0
         """How many points were."""
 
-    def kept(self, points: Array, pixels: Array, skin: Region | None) -> Array:
-        """A person's points `(9, 3)` without wrists that lie beside all skin while the other's is on it.
+    def beside(self, points: Array, skin: Region | None) -> list[int]:
+        """Which of a person's points lie beside all skin while the other wrist's is on it.
 
-        `pixels` are their places in the picture `(9, 2)`, `skin` its skin; None where it has none.
+        `points` are u, v and standard deviation in the picture, px `(9, 3)`, `skin` its skin; None where it has none.
         """
-        if skin is None:
-            return points
-        off = self._off_skin(pixels[_WRISTS], skin[0])
+        off = np.full(len(_WRISTS), np.nan) if skin is None else self._off_skin(points[_WRISTS, :2], skin[0])
         if not np.isfinite(off).any():
-            return points
+            return []
         self._asked += 1
         self._bare += bool(np.nanmin(off) < NEAR_M)
         if self._asked < LEAST_FRAMES or self._bare <= MOSTLY * self._asked or not np.nanmin(off) < NEAR_M:
-            return points
-        beside = [wrist for wrist, m in zip(_WRISTS, off, strict=True) if m > BESIDE_M]
-        self.left_out += len(beside)
-        kept = points.copy()
-        kept[beside] = np.nan
-        return kept
+            return []
+        limit = np.maximum(BESIDE_M, SPREADS * points[_WRISTS, 2] / self._px_per_m)
+        found = [wrist for wrist, is_beside in zip(_WRISTS, off > limit, strict=True) if is_beside]
+        self.left_out += len(found)
+        return found
 
     def _off_skin(self, wrists: Array, distance_px: NDArray[np.float32]) -> Array:
         """Metres `(2,)`; NaN where not seen, or outside the picture."""
