@@ -51,7 +51,10 @@ def test_keypoints_alone_are_tracked(sensed: Path, tmp_path: Path) -> None:
     assert (video.verdict, video.evidence[:13]) == ("cannot be told", "there is none")
     # Without sensors: frames' times differ by rounding, and a sample at such a time comes before or after its frame.
     seen, unseen = (pt.track(without(load(of)), pt.BodyMixture()) for of in (sensed, folder))
-    assert np.allclose(seen.joints["left_wrist"].mean, unseen.joints["left_wrist"].mean, atol=1e-6)
+    # Wild ones are left out where skin tells; where none is they are the same.
+    assert np.allclose(seen.joints["root"].mean[0], unseen.joints["root"].mean[0], atol=1e-6)
+    apart = np.linalg.norm(seen.joints["left_wrist"].mean - unseen.joints["left_wrist"].mean, axis=1)
+    assert np.median(apart) < 0.01
     assert pt.record_cycle(recording, pt.Partitioned(), 1, frame=40).frame == 40
     with pytest.raises(
         pt.InputError, match="BodyPlain weighs by what a video shows and the recording has keypoints alone"
