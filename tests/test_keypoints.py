@@ -183,6 +183,11 @@ def test_a_name_is_known_however_it_is_written(words: str, expected: str) -> Non
     assert (name_of(words) in KEYPOINTS) == (expected in KEYPOINTS)
 
 
+def folder(path: Path) -> Path:
+    path.mkdir()
+    return path
+
+
 def write(path: Path, text: str) -> Path:
     path.write_text(text, "utf-8")
     return path
@@ -193,6 +198,7 @@ def write(path: Path, text: str) -> Path:
     [
         (lambda p: p / "none", "no such file or folder, expected keypoints"),
         (lambda p: p, "holds no .json file, expected one a frame"),
+        (lambda p: write(folder(p / "cam1_json") / "1.json", "{}").parents[1], "cam1_json below it do"),
         (lambda p: write(p / "a.h5", "x"), "a.h5: is no table of DeepLabCut's that can be read"),
         (lambda p: write(p / "a.xml", "x"), "keypoints as .xml are not read"),
         (lambda p: write(p / "a.json", "{"), "a.json: is not JSON"),

@@ -38,7 +38,9 @@ def read_folder(path: Path, model: str) -> Keypoints:
     """One file a frame, numbered in its name. Raises `InputError`."""
     files = sorted(path.glob("[!.]*.json"))
     if not files:
-        raise InputError(f"{path}: holds no .json file, expected one a frame")
+        below = sorted({file.parent.name for file in path.glob("*/*.json")})
+        there = f" ({', '.join(below[:5])} below it do: is it one of these?)" if below else ""
+        raise InputError(f"{path}: holds no .json file, expected one a frame{there}")
     rows: dict[int, list[Array]] = {}
     for file, frame in zip(files, numbers_of([file.stem for file in files]), strict=True):
         if frame is None or frame > MOST_FRAMES:
