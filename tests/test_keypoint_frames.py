@@ -10,7 +10,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from test_keypoints import PLAIN, plain
+from test_keypoint_tables import PLAIN, plain
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_keypoints import is_right, person, place, plain
+from test_keypoint_tables import plain
+from test_keypoints import is_right, person, place
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
