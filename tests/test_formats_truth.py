@@ -132,6 +132,8 @@ def test_csv_truth_as_others_write_it(tmp_path: Path) -> None:
         read_truth_csv(path)  # thousands, or decimals
     path.write_text("time_s,wrist_x_mm,wrist_y_mm,wrist_z_mm\n0,1000,2500,3000\n")
     assert read_truth_csv(path).positions_m["wrist"][0].tolist() == [1.0, 2.5, 3.0]
+    path.write_text("time_s,a_x_mm,a_y_mm,a_z_mm,b_x_m,b_y_m,b_z_m\n0,1000,2500,3000,1,2,3\n")
+    assert {name: at[0, 0] for name, at in read_truth_csv(path).positions_m.items()} == {"a": 1.0, "b": 1.0}
     path.write_text("time_s,wrist_x_m,wrist_y_m,wrist_z_m,wrist_x_m\n0,1,2,3,4\n")
     with pytest.raises(pt.InputError, match=r"truth\.csv:1: column 'wrist_x_m' stands more than once"):
         read_truth_csv(path)

@@ -28,27 +28,35 @@ def region(*hands: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def points(left: tuple[float, float], right: tuple[float, float]) -> np.ndarray:
-    found = np.tile([50.0, 50.0, 1.0], (9, 1))
-    found[LEFT, :2], found[RIGHT, :2] = left, right
-    return found
+    """Of a person before the camera, elbows 25 px beside the middle."""
+    places = [(75, 5), (60, 20), (90, 20), (55, 45), (95, 45), left, right, (65, 100), (85, 100)]
+    return np.column_stack([places, np.ones(9)]).astype(float)
 
 
-@pytest.mark.parametrize("sleeve_m", [0.0, 0.07])
-def test_a_wrist_beside_all_skin_is_left_out_where_wrists_are_bare(sleeve_m: float) -> None:
-    """Of who wears long sleeves every wrist is beside skin, and none is a guess."""
-    hands, wrists = ((40, 60), (110, 60)), WristsOnSkin(PX_PER_M)
-    away = 4 + sleeve_m * PX_PER_M
-    right = points((40, 60 - away), (110, 60 - away))
-    guessed = points((60, 90), (110, 60 - away))
+RIGHT_ONES = points((40, 60), (110, 60))
+GUESSED = points((60, 100), (110, 60))
+
+
+def test_a_wrist_beside_all_skin_is_left_out_where_its_hand_is_seen() -> None:
+    """Beside the other hand too, where there is as much skin as there was; in a shadow there is less."""
+    wrists, apart = WristsOnSkin(PX_PER_M), region((40, 60), (110, 60))
     for _ in range(LEAST_FRAMES):
-        assert wrists.beside(right, region(*hands)) == []
-    is_bare = sleeve_m == 0.0
-    assert wrists.beside(guessed, region(*hands)) == ([LEFT] if is_bare else [])
-    assert wrists.left_out == is_bare
-    # Where the light goes out, nothing is known of skin, or a detector is as far off, nothing is told.
-    assert wrists.beside(guessed, region((5, 5))) == []
-    assert wrists.beside(guessed, None) == []
-    assert wrists.beside(guessed * [1.0, 1.0, 12.0], region(*hands)) == []
+        assert wrists.beside(RIGHT_ONES, apart) == []
+    joined = region((119, 60), (110, 60))
+    assert wrists.beside(GUESSED, joined) == [LEFT]
+    assert wrists.left_out == 1
+    assert wrists.beside(GUESSED, region((110, 60))) == []
+    # Where nothing is known of skin, or a detector is as far off, nothing is told.
+    assert wrists.beside(GUESSED, None) == []
+    assert wrists.beside(GUESSED * [1.0, 1.0, 30.0], joined) == []
+
+
+def test_a_wrist_that_never_was_on_skin_is_left_out_where_a_hand_is_elsewhere() -> None:
+    """One long sleeve: all of its points were left out, 13 cm off where it is 8. A hand at the hip from the first."""
+    for at_left, expected in (((32, 68), []), ((30, 70), [LEFT])):
+        wrists, skin = WristsOnSkin(PX_PER_M), region(at_left, (110, 60))
+        sleeved = RIGHT_ONES if not expected else GUESSED
+        assert [wrists.beside(sleeved, skin) for _ in range(3)][-1] == expected
 
 
 @pytest.mark.parametrize("is_guessed", [True, False])

@@ -43,10 +43,12 @@ def of_arm(track: ArmTrack) -> tuple[str, ...]:
     """Sentences, as of `doubts`."""
     alone = _tracked_alone(track)
     upper_arm = of_upper_arm(track, alone)
-    # A camera that was odd as it was loaded is why, and would be taken for another shoulder or distance.
-    described = of_clocks(track) or (
-        () if _has_odd_camera(track) else _of_description_or_patch(track, alone, upper_arm) or _of_elbow(track)
-    )
+    described = of_clocks(track) or _of_description_or_patch(track, alone, upper_arm) or _of_elbow(track)
+    if _has_odd_camera(track):
+        # It would be taken for another shoulder, distance or mount.
+        described = tuple(
+            f"{words}; or it is the camera's matrix, which is odd: mend that first" for words in described
+        )
     odd = *of_hanging(track), *_of_jitter(track)
     return *odd, *described, *upper_arm, *of_unused_senses(track)
 

@@ -35,8 +35,14 @@ def _shown_s(path: Path, size: int, _: int) -> float | None:
             edits = next(_boxes(next(_boxes(track, b"edts"), b""), b"elst"), None)
             if next(_boxes(media, b"hdlr"), b"")[8:12] == b"vide" and edits is not None and per_s:
                 media_per_s, whole = _times(next(_boxes(media, b"mdhd")))
-                shown = sum(length for length, begins in _edits(edits) if begins >= 0) / per_s
-                return shown if media_per_s and 0 < shown < (1.0 - CUT) * whole / media_per_s else None
+                if not media_per_s:
+                    return None
+                # What an edit asks for beyond the pictures is not there.
+                parts = [
+                    (length / per_s, (whole - begins) / media_per_s) for length, begins in _edits(edits) if begins >= 0
+                ]
+                shown = sum(max(0.0, min(part)) for part in parts)
+                return shown if 0 < shown < (1.0 - CUT) * whole / media_per_s else None
     except (StopIteration, struct.error):
         pass
     return None

@@ -1,4 +1,4 @@
-"""Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`, or all of them in `_mm`.
+"""Truth as plain CSV: `time_s`, then `<joint>_x_m, <joint>_y_m, <joint>_z_m`, or in `_mm`.
 
 Comments (`#`) may stand above the header. A gap is an empty cell, or (0, 0, 0) where no row before or after leads
 there.
@@ -24,15 +24,14 @@ def read_truth_csv(path: Path | str) -> Markers:
     first = first_line(lines)
     delimiter, lines = delimited(lines, first)
     names = [name.strip().strip('"').strip() for name in cells_of(lines[first], delimiter)]
-    unit = "mm" if any(name.endswith("_x_mm") for name in names) else "m"
-    joints = [name.removesuffix(f"_x_{unit}") for name in names if name.endswith(f"_x_{unit}")]
-    wanted = {"time_s", *(f"{joint}_{axis}_{unit}" for joint in joints for axis in "xyz")}
+    joints = {name.rsplit("_x_", 1)[0]: name.rsplit("_", 1)[1] for name in names if name.endswith(("_x_m", "_x_mm"))}
+    wanted = {"time_s", *(f"{joint}_{axis}_{unit}" for joint, unit in joints.items() for axis in "xyz")}
     missing = sorted(wanted - set(names))
     if missing or not joints:
         column = ", ".join(missing) or "<joint>_x_m"
         raise InputError(
             f"{path}:{first + 1}: header has no column {column} but {', '.join(names)[:200]}, expected time_s and "
-            "<joint>_x_m, <joint>_y_m, <joint>_z_m, seconds and metres (or all of them _mm, millimetres)"
+            "<joint>_x_m, <joint>_y_m, <joint>_z_m, seconds and metres (or _mm, millimetres)"
         )
     if twice := [name for name in names if name in wanted and names.count(name) > 1]:
         raise InputError(f"{path}:{first + 1}: column {twice[0]!r} stands more than once, expected each name once")
@@ -45,7 +44,7 @@ def read_truth_csv(path: Path | str) -> Markers:
         k = int(back[0]) + 1 if back.size else 0
         raise InputError(f"{path}:{table.lines[k]}: time_s is {time_s[k, 0]}, expected increasing times")
     positions = {}
-    for joint in joints:
+    for joint, unit in joints.items():
         points = table.columns(*(f"{joint}_{axis}_{unit}" for axis in "xyz"))
         assert points is not None
         points *= UNITS_M[unit]

@@ -32,8 +32,8 @@ BY_GRAVITY = 0.05
 """What gravity tells well is off by up to 0.025 on arms that move: less is left to VQF, rad/s."""
 WELL = 0.03
 """Along such axes, standard deviation, rad/s."""
-CAUTIOUS = 3.0
-"""Standard deviations are so many times what it was off by."""
+CAUTIOUS = 1.5
+"""Standard deviations are taken to be so many times too large: of 0.7, 1, 1.5 and 3 best of 64 worn arms."""
 LEAST_WINDOWS = 3
 LASTS_S = 1.0
 """How long an arm's own acceleration stays alike."""
@@ -103,7 +103,7 @@ def bias_by_gravity(log: ImuLog) -> tuple[Float, Float]:
         return np.zeros(3), np.zeros(3)
     errors = np.minimum(sds, TOLD) / CAUTIOUS
     shares = np.where(is_well, 1.0, large**2 / (large**2 + errors**2))
-    left = np.where(is_well, 0.0, large * errors / np.hypot(large, errors))
+    left = np.where(is_well, 0.0, 2.0 * large * errors / np.hypot(large, errors))
     return axes @ (shares * along), axes[:, int(np.argmax(left))] * left.max()
 
 

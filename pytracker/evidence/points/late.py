@@ -72,13 +72,18 @@ class PointsLate:
 
     @property
     def are_mirrored(self) -> bool:
-        """Whether they lie on skin if the picture that they were found in is taken to be mirrored, and else do not."""
+        """Whether they lie on skin if the picture that they were found in is taken to be mirrored, and not else.
+
+        Nor as near, if they are taken to be late.
+        """
         off = np.array(self._off_m).reshape(-1, len(self.late))[:, self.late == 0]
         mirrored = np.array(self._mirrored_m).reshape(-1, 1)
         told = np.isfinite(off) & np.isfinite(mirrored)
         if told.sum() <= LEAST_SHARE * max(1, len(off)):
             return False
-        return bool(mirrored[told].mean() < min(NEAR_M, off[told].mean() - MIRRORED_M))
+        _, later_m = self.found()
+        nearer_m = float(off[told].mean() - mirrored[told].mean())
+        return bool(mirrored[told].mean() < NEAR_M and nearer_m > max(MIRRORED_M, later_m))
 
     def off_skin(self) -> tuple[float, float]:
         """How far wrists lie from skin in the frames that they are counted as, on average, and its spread, m.

@@ -26,8 +26,8 @@ FARTHER = "bends, squats or goes farther off than is tracked"
 FARTHER_OR_HELD = f"{FARTHER}, or the background, a median, holds a part of the person: give one without"
 ASIDE_M = 0.6
 """Feet are no farther to the side of the head: what differs from the background there is something else."""
-GAP_M = 0.15
-"""A belt or a hem of the wall's colour parts a person; what is farther off is a thing behind, or above them."""
+ABOVE_M, BELOW_M = 0.15, 0.3
+"""Hair of the wall's colour parts a person, and legs of the floor's; what is farther off is a thing above or behind."""
 TALLER = 1.10
 SHORTER = 0.82
 """Of people who stand where they are it is 0.90 to 1.05 times as tall as at first."""
@@ -72,19 +72,19 @@ class StatureSeen:
         if not np.isfinite([u, v, px_per_m]).all() or px_per_m <= 0.0:
             return float("nan")
         (crown, _), (_, feet) = (
-            _piece_of(foreground[:, max(0, round(u - m * px_per_m)) : max(0, round(u + m * px_per_m) + 1)], v, px_per_m)
-            for m in (COLUMN_M, ASIDE_M)
+            _piece_of(foreground[:, max(0, round(u - m * px_per_m)) : max(0, round(u + m * px_per_m) + 1)], v, gap)
+            for m, gap in ((COLUMN_M, ABOVE_M * px_per_m), (ASIDE_M, BELOW_M * px_per_m))
         )
         if crown < RIM_PX or feet >= len(foreground) - RIM_PX:
             return float("nan")
         return float((feet - crown) / px_per_m) if feet > crown else float("nan")
 
 
-def _piece_of(columns: Image, v: float, px_per_m: float) -> tuple[int, int]:
-    """First and last row of what differs from the background about row `v`, over gaps of `GAP_M`; outside if none."""
+def _piece_of(columns: Image, v: float, gap_px: float) -> tuple[int, int]:
+    """First and last row of what differs from the background about row `v`, over such gaps; outside if none."""
     pieces: list[tuple[int, int]] = []
     for begins, after in runs(columns.any(axis=1)):
-        goes_on = bool(pieces) and begins - pieces[-1][1] < GAP_M * px_per_m
+        goes_on = bool(pieces) and begins - pieces[-1][1] < gap_px
         pieces.append((pieces.pop()[0] if goes_on else begins, after))
     first, after = min(pieces, key=lambda piece: max(piece[0] - v, v - piece[1] + 1, 0.0), default=(-1, len(columns)))
     return first, after - 1

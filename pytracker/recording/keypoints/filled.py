@@ -26,6 +26,8 @@ STRAIGHT_PX = 0.005
 """Second differences of points on a line, and fourth ones of those on a cubic, are no larger but for rounded digits."""
 EXACT_PX = 1e-9
 """Nothing is exacter."""
+COARSE_PX = 0.2
+"""Of places that are farther apart one may be held by rounding."""
 HELD_ORDER = 2
 UNITS = {HELD_ORDER: 3.0, 4: 8.0}
 """So many units of the last digit a difference, by its order, of rounded numbers may be off."""
@@ -89,7 +91,7 @@ def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[s
     for person, joint in np.ndindex(filled.shape[1:]):
         for order in UNITS:
             filled[:, person, joint] |= _on_polynomial(pixels[:, person, joint], frames, order, unit)
-    filled |= _held_throughout(pixels, unit)
+    filled |= _held_throughout(pixels)
     if not filled.any():
         return keypoints, ()
     points = np.where(filled[..., None], np.nan, keypoints.points)
@@ -106,16 +108,18 @@ def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[s
     return dataclasses.replace(keypoints, points=points), (words,)
 
 
-def _held_throughout(pixels: Array, unit: float) -> NDArray[np.bool_]:
+def _held_throughout(pixels: Array) -> NDArray[np.bool_]:
     """Which points `(T, P, J)` are of joints that have one place from first to last, while most others have not."""
     seen = np.asarray(np.isfinite(pixels).all(axis=-1))
     spans = np.where(seen[..., None], pixels, -np.inf).max(axis=0) - np.where(seen[..., None], pixels, np.inf).min(
         axis=0
     )
     is_many, is_one = seen.sum(axis=0) >= REPEATS, (spans == 0.0).all(axis=-1)
+    # Whole pixels, or halves, may stay the same where somebody stands still.
+    steps = np.diff(np.unique(pixels[seen]))
+    is_fine = len(steps) > 0 and float(steps[steps > EXACT_PX].min(initial=np.inf)) < COARSE_PX
     moves = (is_many & ~is_one).sum(axis=1, keepdims=True) > (is_many & is_one).sum(axis=1, keepdims=True)
-    # Whole pixels may stay the same where somebody stands still.
-    return np.asarray(seen & is_many & is_one & moves & (unit < 1.0))
+    return np.asarray(seen & is_many & is_one & moves & is_fine)
 
 
 def _on_polynomial(pixels: Array, frames: NDArray[np.int64], order: int, unit: float) -> NDArray[np.bool_]:
