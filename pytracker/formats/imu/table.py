@@ -103,12 +103,13 @@ def _names(line: str) -> list[str]:
 
 def _numbered(names: list[str]) -> list[str]:
     """The same, those that stand again as `name.1`, `name.2`, unless they are a sensor's: Delsys repeats its clock."""
-    return [
-        name
-        if name in OURS or known_as(name) is not None or not (before := names[:k].count(name))
-        else f"{name}.{before}"
-        for k, name in enumerate(names)
-    ]
+    before: Counter[str] = Counter()
+    numbered = []
+    for name in names:
+        is_again = before[name] > 0 and name not in OURS and known_as(name) is None
+        numbered.append(f"{name}.{before[name]}" if is_again else name)
+        before[name] += 1
+    return numbered
 
 
 def _names_columns(line: str) -> bool:
