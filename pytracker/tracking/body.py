@@ -14,7 +14,7 @@ from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Trac
 from pytracker.evidence.picture.frozen import HUNG, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.points.followed import followed
-from pytracker.evidence.points.late import LATE, MIRRORED, NEARER_M, PointsLate, points_late_of
+from pytracker.evidence.points.late import LATE, MIRRORED, NEARER_M, points_late_of
 from pytracker.evidence.pose.borne_out import head_off
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.evidence.pose.points_borne_out import median_off_m
@@ -32,6 +32,8 @@ from pytracker.tracking.tracks import Track
 __all__ = ["BodyTrack", "Shown", "track_body"]
 
 NOT_TOLD = (float("nan"), float("nan"))
+MOSTLY_EXCHANGED = 0.5
+"""Of a mirrored picture left and right are exchanged in more of the frames."""
 LOOK_EVERY = 10
 """In every so many frames it is looked whether a face is seen."""
 
@@ -165,6 +167,12 @@ class _Watched:
         self.floods.append(self._pictures.stands_out.floods)
 
     @property
+    def are_mirrored(self) -> bool:
+        """Whether keypoints are of a mirrored picture: on skin there, and left and right exchanged against the pose."""
+        is_other_side = bool(self.exchanged) and float(np.mean(self.exchanged)) > MOSTLY_EXCHANGED
+        return is_other_side and self.late is not None and self.late.are_mirrored
+
+    @property
     def is_grey(self) -> bool:
         """Whether the first picture has no colour."""
         return self._pictures.is_grey
@@ -243,7 +251,7 @@ def _reasons(
         hung = watched.frozen.hung()
         seen = [together(words, {"": HUNG if hangs else ""}) for words, hangs in zip(seen, hung, strict=True)]
     has_moved = camera_moved(recording.view, found.time_s[: found.tracked], found.table["root"][:, 0])
-    of_all = {"": _of_all_points(watched.late)}
+    of_all = {"": _of_all_points(watched)}
     said = [
         together(words, {"": str(doubt)}, {"": MOVED if moved else ""}, of_all)
         for words, doubt, moved in zip(seen, found.table["doubt"], has_moved, strict=True)
@@ -251,13 +259,11 @@ def _reasons(
     return said + [{"": "the track was lost before"}] * (found.count - found.tracked)
 
 
-def _of_all_points(late: PointsLate | None) -> str:
+def _of_all_points(watched: _Watched) -> str:
     """Why none of a recording's keypoints are to be believed; empty where they are."""
-    if late is None:
-        return ""
-    if late.are_mirrored:
+    if watched.are_mirrored:
         return MIRRORED
-    return LATE if late.found()[1] >= NEARER_M else ""
+    return LATE if watched.late is not None and watched.late.found()[1] >= NEARER_M else ""
 
 
 def _assemble(
@@ -296,7 +302,7 @@ def _assemble(
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(np.array(watched.points_astray_m)),
         points_late=(0, 0.0) if watched.late is None else watched.late.found(),
-        points_mirrored=watched.late is not None and watched.late.are_mirrored,
+        points_mirrored=watched.are_mirrored,
         points_off_skin_m=NOT_TOLD if watched.late is None else watched.late.off_skin(),
         points_exchanged=np.array(watched.exchanged + [False] * (found.count - found.tracked)),
         shown=watched.shown,
