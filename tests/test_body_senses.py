@@ -277,6 +277,14 @@ def test_a_stale_sensor_says_nothing(body: pt.BodyRecording) -> None:
         at(0.1, first, first)
 
 
+def with_points(recording: pt.BodyRecording, points: Array) -> pt.BodyRecording:
+    """The same, whose keypoints are these `(T, P, 9, 3)`."""
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    view = dataclasses.replace(recording.view, keypoints=dataclasses.replace(keypoints, points=points))
+    return dataclasses.replace(recording, view=view)
+
+
 def with_keypoints(folder: Path, table: Path, to: Path) -> pt.BodyRecording:
     shutil.copytree(folder, to)
     shutil.copy(table, to / "keypoints.csv")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import shown
-from test_body_senses import load, with_keypoints, without
+from test_body_senses import load, with_keypoints, with_points, without
 from test_people import KEPT_BACK
 
 import pytracker as pt
@@ -82,8 +82,7 @@ def test_keypoints_of_a_mirrored_picture_are_told(
     assert keypoints is not None
     points = keypoints.points * (np.array([-1.0, 1.0, 1.0]) if is_mirrored else 1.0)
     points[..., 0] += (recording.view.size_px[0] - 1) * is_mirrored
-    view = dataclasses.replace(recording.view, keypoints=dataclasses.replace(keypoints, points=points))
-    track = pt.track(dataclasses.replace(recording, view=view), pt.Partitioned(particles=50), 1)
+    track = pt.track(with_points(recording, points), pt.Partitioned(particles=50), 1)
     assert any("found in a mirrored copy" in words for words in pt.doubts(track)) == is_mirrored
     assert all((MIRRORED in reason) == is_mirrored for reason in track.reason)
 

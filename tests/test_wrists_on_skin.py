@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
-from test_body_senses import with_keypoints
+from test_body_senses import with_keypoints, with_points
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
@@ -72,8 +71,7 @@ def test_a_hand_that_a_detector_puts_at_the_hip_is_found_by_its_skin(
     if is_guessed:
         guess = moved[100:200, 0, HIP, :2] + np.random.default_rng(1).normal(0.0, 2.0, (100, 2))
         moved[100:200, 0, LEFT, :2] = guess
-    view = dataclasses.replace(recording.view, keypoints=dataclasses.replace(keypoints, points=moved))
-    track = pt.track(dataclasses.replace(recording, view=view), pt.Partitioned(particles=100), 1)
+    track = pt.track(with_points(recording, moved), pt.Partitioned(particles=100), 1)
     assert any("keypoints of wrists lie beside all skin" in words for words in pt.doubts(track)) == is_guessed
     truth = np.genfromtxt(shared("recordings/people-gesture-24") / "truth.csv", delimiter=",", names=True)
     wrist = track.joints["left_wrist"]

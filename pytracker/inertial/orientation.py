@@ -108,6 +108,8 @@ def _bias(log: ImuLog) -> tuple[Float, str]:
     if still is not None:
         return still, "At rest the gyroscope reads"
     moving, unsure = bias_by_gravity(log)
+    if not moving.any():
+        return moving, ""
     without, beside = (
         unsteadiness(dataclasses.replace(log, q_world_sensor=_by_vqf(log, log.gyr - bias, None)))
         for bias in (np.zeros(3), moving)
@@ -117,8 +119,8 @@ def _bias(log: ImuLog) -> tuple[Float, str]:
     known = ""
     if (left := float(np.linalg.norm(unsure))) > UNSURE:
         known = (
-            f" (about {np.round(unsure / left, 2).tolist()} known to ± {left:.2f} only: the heading may drift by "
-            f"{np.degrees(left):.0f}° a second; let the sensor lie still for some seconds)"
+            f" (about its axis {np.round(unsure / left, 2).tolist()} to ± {left:.2f} rad/s only: the heading may drift "
+            f"by {np.degrees(left):.0f}° a second; let the sensor lie still for some seconds)"
         )
     said = f"The sensor never lies still, and gravity stays where it is if the gyroscope is biased{known} by"
     return moving, said

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.picture.silhouette import Region
-from pytracker.evidence.pose.ambiguity import to_line, with_hand
+from pytracker.evidence.pose.ambiguity import distance_at, to_line, with_hand
 from pytracker.rotation import Array
 
 __all__ = ["WristsOnSkin"]
@@ -59,7 +59,7 @@ class WristsOnSkin:
         if skin is None:
             return []
         at = dict(zip(KEYPOINTS, points[:, :2], strict=True))
-        off = {side: _distance(skin[0], at[f"{side}_wrist"]) / self._px_per_m for side in SIDES}
+        off = {side: distance_at(skin[0], at[f"{side}_wrist"]) / self._px_per_m for side in SIDES}
         area = int(np.count_nonzero(skin[0] == 0.0))
         found = []
         for side in SIDES:
@@ -95,10 +95,3 @@ class WristsOnSkin:
             # Of what is not seen nothing is known to be near.
             skin = skin[~(to_line(skin, start, end) < radius_m * self._px_per_m)]
         return len(skin) > HAND_M2 * self._px_per_m**2
-
-
-def _distance(distance_px: NDArray[np.float32], place: Array) -> float:
-    """Of a place from skin, px; NaN where it is not seen, or outside the picture."""
-    height, width = distance_px.shape
-    u, v = np.rint(place)
-    return float(distance_px[int(v), int(u)]) if 0 <= u < width and 0 <= v < height else float("nan")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pytracker.evidence.picture.silhouette import Region
 from pytracker.rotation import Array
 
-__all__ = ["Forearm", "Line", "to_line", "with_hand", "wrists_may_be_off"]
+__all__ = ["Forearm", "Line", "distance_at", "to_line", "with_hand", "wrists_may_be_off"]
 
 BEYOND_WRIST = 1.35
 """A hand goes on from the forearm by so much of it."""
@@ -100,6 +100,15 @@ def wrists_may_be_off(
         float(np.sqrt(weights.sum(axis=1) @ ((of_left - left.wrist) ** 2).sum(axis=1))),
         float(np.sqrt(weights.sum(axis=0) @ ((of_right - right.wrist) ** 2).sum(axis=1))),
     )
+
+
+def distance_at(distance_px: NDArray[np.float32], at: Array) -> float:
+    """Of a pixel from a mask, px; NaN outside the picture, where nothing is known, and of what is not seen."""
+    if not np.isfinite(at).all():
+        return float("nan")
+    u, v = (round(float(x)) for x in at)
+    height, width = distance_px.shape
+    return float(distance_px[v, u]) if 0 <= u < width and 0 <= v < height else float("nan")
 
 
 def with_hand(forearm: Line) -> Line:

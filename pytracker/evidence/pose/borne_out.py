@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.picture.silhouette import BodyEvidence, Region
 from pytracker.evidence.points.followed import ARMS
-from pytracker.evidence.pose.ambiguity import Forearm, Line, to_line, with_hand, wrists_may_be_off
+from pytracker.evidence.pose.ambiguity import Forearm, Line, distance_at, to_line, with_hand, wrists_may_be_off
 from pytracker.evidence.pose.lately import ASK_EVERY_S, Lately, mean_of_known
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
@@ -134,7 +134,7 @@ class BorneOut:
         is_there = {joint for joint, off in told.items() if is_on and off < FAR_M}
         off_skin, off_person = (
             [
-                0.0 if joint in is_there else np.nan if mask is None else _distance(mask[0], pixels[joint]) / px_per_m
+                0.0 if joint in is_there else np.nan if mask is None else distance_at(mask[0], pixels[joint]) / px_per_m
                 for joint in joints_of
             ]
             for mask, joints_of in ((skin, WRISTS), (person, ARMS))
@@ -160,7 +160,7 @@ class BorneOut:
             return True
         along = elbow + (wrist - elbow) * ALONG[:, None]
         away = along[to_line(along, *_head(pixels)) > FACE_M * px_per_m]
-        off = np.array([_distance(skin[0], at) for at in away])
+        off = np.array([distance_at(skin[0], at) for at in away])
         # Where all of it is outside the picture nothing is known.
         known = off[np.isfinite(off)]
         return bool(len(off) and (not len(known) or (known < BARE_M * px_per_m).mean() >= BARE))
@@ -186,7 +186,7 @@ def _are_on(person: Region | None, points: Array | None, px_per_m: float) -> boo
     """Whether a detector's points lie where the person is, those in the picture: else they bear nothing out."""
     if person is None or points is None:
         return True
-    off = np.array([_distance(person[0], at) for at in points[:, :2]])
+    off = np.array([distance_at(person[0], at) for at in points[:, :2]])
     off = off[np.isfinite(off)]
     return not len(off) or float((off < OFF_PERSON_M * px_per_m).mean()) >= ON_PERSON
 
@@ -203,15 +203,6 @@ def _across(camera: Camera | WeakPerspective) -> Array:
     """Unit vectors across the picture, `(2, 3)`."""
     rows = np.array(camera.rotation)[:2] if isinstance(camera, Camera) else np.array(camera.affine)[:, :3]
     return np.asarray(rows / np.linalg.norm(rows, axis=1, keepdims=True))
-
-
-def _distance(distance_px: NDArray[np.float32], at: Array) -> float:
-    """Of a pixel from a mask, px; NaN outside the picture, where nothing is known."""
-    if not np.isfinite(at).all():
-        return float("nan")
-    u, v = (round(float(x)) for x in at)
-    height, width = distance_px.shape
-    return float(distance_px[v, u]) if 0 <= u < width and 0 <= v < height else float("nan")
 
 
 def _head(pixels: Mapping[str, Array]) -> Line:

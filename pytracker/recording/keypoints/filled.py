@@ -111,10 +111,9 @@ def without_filled(path: Path, keypoints: Keypoints) -> tuple[Keypoints, tuple[s
 def _held_throughout(pixels: Array) -> NDArray[np.bool_]:
     """Which points `(T, P, J)` are of joints that have one place from first to last, while most others have not."""
     seen = np.asarray(np.isfinite(pixels).all(axis=-1))
-    spans = np.where(seen[..., None], pixels, -np.inf).max(axis=0) - np.where(seen[..., None], pixels, np.inf).min(
-        axis=0
-    )
-    is_many, is_one = seen.sum(axis=0) >= REPEATS, (spans == 0.0).all(axis=-1)
+    highest = np.where(seen[..., None], pixels, -np.inf).max(axis=0)
+    lowest = np.where(seen[..., None], pixels, np.inf).min(axis=0)
+    is_many, is_one = seen.sum(axis=0) >= REPEATS, (highest == lowest).all(axis=-1)
     # Whole pixels, or halves, may stay the same where somebody stands still.
     steps = np.diff(np.unique(pixels[seen]))
     is_fine = len(steps) > 0 and float(steps[steps > EXACT_PX].min(initial=np.inf)) < COARSE_PX
