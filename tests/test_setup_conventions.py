@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from hidden_imu import ACC, COLUMNS, EVERY, GYR, QUATERNION, otherwise, rows_of, written
+from hidden_imu import ACC, COLUMNS, EVERY, GYR, QUATERNION, hidden, otherwise, rows_of, written
 
 import pytracker as pt
 from pytracker.evidence import sightings_of
@@ -60,6 +60,22 @@ def test_without_a_quaternion_gravity_tells_the_units(
     rows[:, ACC], rows[:, GYR] = [0.0, 0.0, 9.8], 0.001
     np.savetxt(path, rows[:, : QUATERNION.start], "%.7f", ",", header=header, comments="")
     assert "gyr_unit" in find_conventions(read_imu(path)).unknown
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_an_accelerometer_with_a_mirrored_axis_is_no_gyroscope_in_degrees(
+    axis: int, gesturing: Path, tmp_path: Path
+) -> None:
+    """Which hardly turned, and so left gravity steadier: a unit, a clock, a heading and a mount were written."""
+    rows = hidden(rows_of(gesturing), 0.0, 0.0, np.array([0.5, -0.3, 0.6, 0.5]) / np.sqrt(0.95))
+    rows[:, ACC.start + axis] *= -1.0
+    path = tmp_path / "imu.csv"
+    header = COLUMNS.split(",q_w", maxsplit=1)[0]
+    np.savetxt(path, rows[:, : QUATERNION.start], "%.7f", ",", header=header, comments="")
+    found = find_conventions(read_imu(path))
+    assert found.unknown == ("gyr_unit",)
+    assert found.conventions == Conventions()
+    assert f"if the accelerometer's {'xyz'[axis]} has the other sign" in found.evidence["gyr_unit"]
 
 
 def test_a_sensor_that_does_not_turn_tells_no_quaternion(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from pytracker.inertial.bias import bias_at_rest, bias_by_gravity
 from pytracker.inertial.gravity import WINDOW_S, check_up, check_windows, unsteadiness
 from pytracker.inertial.log import ImuLog
 
-__all__ = ["AS_GIVEN", "LEAST_UNSTEADY", "STEADIER", "orient", "unsteadiness_by_gyroscope"]
+__all__ = ["AS_GIVEN", "LEAST_UNSTEADY", "STEADIER", "orient", "steadiest_otherwise", "unsteadiness_by_gyroscope"]
 
 Float = NDArray[np.float64]
 
@@ -32,7 +32,13 @@ OTHER_GYROSCOPES: dict[str, Float] = {
     "its x has the other sign": np.array([-1.0, 1.0, 1.0]),
     "its y has the other sign": np.array([1.0, -1.0, 1.0]),
     "its z has the other sign": np.array([1.0, 1.0, -1.0]),
+    "the accelerometer's x has the other sign": np.array([1.0, -1.0, -1.0]),
+    "the accelerometer's y has the other sign": np.array([-1.0, 1.0, -1.0]),
+    "the accelerometer's z has the other sign": np.array([-1.0, -1.0, 1.0]),
+    "all its axes have the other sign": np.array([-1.0, -1.0, -1.0]),
 }
+"""What the gyroscope would have to read by; an accelerometer that is mirrored turns as one does that is not, but for
+the signs of the two other axes."""
 LEAST_UNSTEADY = 0.25
 """Gravity that is as steady tells of no fault, m/s²: a sensor that lies still has less, whatever its gyroscope."""
 AS_STEADY = 1.1
@@ -159,15 +165,21 @@ def _check_gyroscope(log: ImuLog, bias: Float) -> None:
     off = unsteadiness(log)
     if off < LEAST_UNSTEADY:
         return
-    others = {
-        words: unsteadiness(dataclasses.replace(log, q_world_sensor=_by_vqf(log, (log.gyr - bias) * factor, None)))
-        for words, factor in OTHER_GYROSCOPES.items()
-    }
-    least = min(others.values())
+    least, alike = steadiest_otherwise(log, bias)
     if least < STEADIER * off:
-        alike = " or ".join(words for words, left in others.items() if left < AS_STEADY * least)
         raise InputError(
             f"{log.path}: turned by the orientation, the mean acceleration is {off:.2f} m/s² from gravity (median of "
             f"{WINDOW_S:g} s), and {least:.2f} if {alike}; computed from the gyroscope: is gyr in rad/s, and in the "
             "axes of acc?"
         )
+
+
+def steadiest_otherwise(log: ImuLog, bias: Float | float = 0.0) -> tuple[float, str]:
+    """How far gravity goes by the best of `OTHER_GYROSCOPES`, m/s², and in words which are as good."""
+    assert log.gyr is not None
+    others = {
+        words: unsteadiness(dataclasses.replace(log, q_world_sensor=_by_vqf(log, (log.gyr - bias) * factor, None)))
+        for words, factor in OTHER_GYROSCOPES.items()
+    }
+    least = min(others.values())
+    return least, " or ".join(words for words, left in others.items() if left < AS_STEADY * least)
