@@ -11,7 +11,7 @@ import pytest
 
 import pytracker as pt
 from pytracker.doubting.pauses import of_pauses
-from pytracker.doubting.swivel import HANGS, hangs
+from pytracker.doubting.swivel import HANGS, hangs, surely_hangs
 from pytracker.evidence.sightings import Sightings
 from pytracker.rotation import multiply, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation, look_at
@@ -109,7 +109,7 @@ def test_a_video_that_pauses_is_told(simulated: Path) -> None:
 
 def test_an_elbow_above_the_line_from_shoulder_to_wrist_is_told() -> None:
     """As no captured arm is held: the mirror image of the elbow at that line."""
-    simulation = ArmSimulation(pt.ArmScene(duration_s=6.0), 3)
+    simulation = ArmSimulation(pt.ArmScene(duration_s=6.0, pattern="reach"), 3)
     sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(1.0))
     track = pt.track(simulation.recording(), pt.Smooth(), sightings=sightings)
     assert isinstance(track, ArmTrack)
@@ -123,6 +123,10 @@ def test_an_elbow_above_the_line_from_shoulder_to_wrist_is_told() -> None:
     (doubt,) = pt.doubts(held := dataclasses.replace(track, joints=joints))
     assert hangs(held) < -0.1
     assert "the elbow would be above the line from shoulder to wrist" in doubt
+    # Of an arm that hangs how deep it is in the picture, and so the side of the line, may not be known.
+    unknown = dataclasses.replace(joints["elbow"], sd=np.full((len(track.time_s), 3), 0.3))
+    assert pt.doubts(dataclasses.replace(held, joints={**joints, "elbow": unknown})) == ()
+    assert surely_hangs(track) > 0.2
 
 
 def test_how_an_elbow_hangs() -> None:

@@ -12,7 +12,7 @@ from pytracker.doubting.clocks import of_clocks
 from pytracker.doubting.description import LEAST_FRAMES, PAUSE_S, of_description
 from pytracker.doubting.patch_place import of_patch_place
 from pytracker.doubting.pauses import of_hanging
-from pytracker.doubting.swivel import hangs
+from pytracker.doubting.swivel import hangs, surely_hangs
 from pytracker.doubting.upper_arm import of_unused_senses, of_upper_arm
 from pytracker.evidence.sightings import Sightings
 from pytracker.formats.video import probe
@@ -35,7 +35,7 @@ LEAST_MEASURED = 0.7
 MOST_UNLIKE = 0.1
 """Where patch and sensor do not move alike in more of the frames, where the patch sits is not the question."""
 
-ABOVE = -0.1
+ABOVE = -0.12
 """No captured arm's elbow hangs less than 0.27 (`pytracker.doubting.swivel`)."""
 
 
@@ -109,13 +109,12 @@ def _of_jitter(track: ArmTrack) -> tuple[str, ...]:
 
 def _of_elbow(track: ArmTrack) -> tuple[str, ...]:
     """Whether the arm is held as people hold it, most of the time."""
-    swivel = hangs(track)
-    if swivel > ABOVE or np.count_nonzero(track.valid) < LEAST_FRAMES:
+    if surely_hangs(track) > ABOVE or np.count_nonzero(track.valid) < LEAST_FRAMES:
         return ()
     return (
         f"{where_of(track.recording)}: the elbow would be above the line from shoulder to wrist most of the time (mean "
-        f"cosine of the arm's swivel {swivel:.2f}, of people 0.3 to 0.9): check mount, heading_deg and side, unless "
-        "it was raised indeed",
+        f"cosine of the arm's swivel {hangs(track):.2f}, of people 0.3 to 0.9): check mount, heading_deg and side, "
+        "unless it was raised indeed",
     )
 
 
