@@ -129,6 +129,18 @@ def test_an_elbow_above_the_line_from_shoulder_to_wrist_is_told() -> None:
     assert surely_hangs(track) > 0.2
 
 
+def test_a_principal_point_that_is_off_looks_like_a_camera_that_is_turned() -> None:
+    """Bands held the truth in no frame, and only the camera's rotation was named."""
+    simulation = ArmSimulation(pt.ArmScene(duration_s=12.0, pattern="gesture", worn=True), 5)
+    recording, sightings = simulation.recording(), Sightings.of(simulation.frame_time_s, simulation.sightings(4.0))
+    (fx, skew, cx), row, last = (view := recording.views[0]).camera.matrix
+    camera = dataclasses.replace(view.camera, matrix=((fx, skew, cx - 50.0), row, last))
+    off = dataclasses.replace(recording, views=(dataclasses.replace(view, camera=camera),))
+    (doubt,) = pt.doubts(pt.track(off, pt.Smooth(), 1, sightings=sightings))
+    assert "another camera's pan" in doubt
+    assert "(or camera[0].matrix, its principal point)" in doubt
+
+
 def test_how_an_elbow_hangs() -> None:
     """Shoulder and wrist level, the elbow below, above or beside the line between them; next to it nothing is known."""
     simulation = ArmSimulation(pt.ArmScene(duration_s=2.0), 3)

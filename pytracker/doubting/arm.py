@@ -138,8 +138,12 @@ def _of_setup(track: ArmTrack) -> tuple[str, ...]:
         return ()
     surprising.sort(key=lambda found: -found.surprise)
     worst = surprising[0]
-    # From one place a camera that is nearer sees what one with a longer lens does.
-    alike = f" (or {worst.name.partition('.')[0]}.matrix, its focal length)" if "translation" in worst.name else ""
+    # From one place a camera that is nearer sees what one with a longer lens does, one that is turned what one with
+    # another principal point does.
+    camera, _, of = worst.name.partition(".")
+    lens = {"translation_m": "focal length", "rotation": "principal point"}.get(of)
+    lens = None if worst.what.endswith("roll") else lens
+    alike = f" (or {camera}.matrix, its {lens})" if lens else ""
     return (
         f"{where_of(track.recording)}: camera and IMU agree better with another {worst.what}, by {worst.change:+.3g} ± "
         f"{worst.sd:.2g} {worst.unit}, expected at most ± {SURPRISING * worst.change_sd:.2g} {worst.unit}: check "
