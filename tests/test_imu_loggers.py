@@ -97,3 +97,45 @@ def test_an_export_with_the_time_of_day_alone_has_times(tmp_path: Path) -> None:
     header = "PacketCounter\tUTC_Nano\tUTC_Hour\tUTC_Minute\tUTC_Second\tAcc_X\tAcc_Y\tAcc_Z"
     path.write_text("\n".join(["// General information:", header, *rows]) + "\n")
     assert read_imu(path).time_s == pytest.approx(0.01 * np.arange(4), abs=1e-6)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be", "utf-16"])
+def test_what_windows_calls_unicode_is_text(encoding: str, tmp_path: Path) -> None:
+    """Without its mark it was a binary file."""
+    path = tmp_path / "imu.csv"
+    path.write_bytes("time_s,acc_x,acc_y,acc_z\r\n0,0,0,9.8\r\n0.01,0,0,9.8\r\n".encode(encoding))
+    assert read_imu(path).time_s == pytest.approx([0.0, 0.01])
+    path.write_bytes(bytes(range(256)) * 4)
+    with pytest.raises(pt.InputError, match="is a binary file"):
+        read_imu(path)
+
+
+@pytest.mark.parametrize(("unit_s", "words"), [(86400.0, "days, of 100 Hz"), (3600.0, "hours, of 100 Hz")])
+def test_a_spreadsheets_days_are_told_by_their_size(unit_s: float, words: str, tmp_path: Path) -> None:
+    """Samples were 0.1 µs apart; "in milliseconds?", it said."""
+    path = tmp_path / "imu.csv"
+    rows = "".join(f"{(45413.5 * 86400.0 + 0.01 * k) / unit_s:.12f},0,0,9.8\n" for k in range(50))
+    path.write_text("time,acc_x,acc_y,acc_z\n" + rows)
+    log = read_imu(path)
+    assert np.diff(log.time_s) == pytest.approx(0.01, abs=1e-4)
+    assert words in log.warnings[0]
+
+
+def test_a_quaternion_of_a_letter_and_three_numbers_is_one(tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text("time_s,acc_x,acc_y,acc_z,qw,q1,q2,q3\n0,0,0,9.8,1,0,0,0\n0.01,-,--,nan(ind),0.6,0,0.8,0\n")
+    log = read_imu(path)
+    assert log.q_world_sensor is not None
+    assert log.q_world_sensor[1].tolist() == [0.6, 0.0, 0.8, 0.0]
+    assert "columns q_w, q1, q2, q3 are taken as a quaternion's w, x, y, z" in log.warnings[0]
+    assert log.acc is not None
+    assert np.isnan(log.acc[1]).all()
+
+
+def test_a_header_that_comes_again_is_named(tmp_path: Path) -> None:
+    """Loggers append: time_s was 'time_s', expected a number."""
+    path = tmp_path / "imu.csv"
+    once = "time_s,acc_x,acc_y,acc_z\n0,0,0,9.8\n0.01,0,0,9.8\n"
+    path.write_text(once + once)
+    with pytest.raises(pt.InputError, match=r"imu\.csv:4: is the header of line 1 again, expected one recording"):
+        read_imu(path)

@@ -231,6 +231,9 @@ def test_a_quoted_cell_without_end_is_no_other_error(tmp_path: Path) -> None:
         ("11:59:59.9 am", "12:00:00.15 pm"),
         ("23:59:59.9", "00:00:00.15"),
         ("59:59.9", "00:00.15"),
+        ("10:00:59:900", "10:01:00:150"),
+        ("07/11/2024 23:59:59.90", "08/11/2024 00:00:00.15"),
+        ("13/11/2024 23:59:59.90", "14/11/2024 00:00:00.15"),
     ],
 )
 def test_dates_are_read_as_others_write_them(first: str, second: str, tmp_path: Path) -> None:

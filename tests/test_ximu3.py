@@ -57,6 +57,19 @@ def test_messages_are_brought_together(tmp_path: Path) -> None:
     assert np.linalg.norm(np.diff(log.q_world_sensor, axis=0), axis=1).max() < 0.1
 
 
+def test_an_ngimus_messages_are_too(tmp_path: Path) -> None:
+    """Called otherwise: a phone's files were expected, and its sensors.csv alone lost the orientation."""
+    folder = ximu3(tmp_path / "x")
+    as_x = read_imu(folder)
+    (folder / "Inertial.csv").rename(folder / "sensors.csv")
+    (folder / "Quaternion.csv").rename(folder / "quaternion.csv")
+    log = read_imu(folder)
+    assert {path.name for path in files_of_imu(folder)} == {"sensors.csv", "quaternion.csv"}
+    assert log.q_world_sensor is not None
+    assert as_x.q_world_sensor is not None
+    assert np.array_equal(log.q_world_sensor, as_x.q_world_sensor)
+
+
 @pytest.mark.parametrize("name", ["RotationMatrix", "EulerAngles"])
 def test_an_orientation_may_be_written_otherwise(name: str, tmp_path: Path) -> None:
     folder = ximu3(tmp_path / "x")

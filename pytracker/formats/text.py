@@ -29,35 +29,62 @@ __all__ = [
 
 Float = NDArray[np.float64]
 
-EMPTY = {"", "nan", "null", "none", "na", "n/a"}
-"""Cells that say "no value", lower-case."""
+EMPTY = {
+    "",
+    "-",
+    "--",
+    "nan",
+    "-nan",
+    "null",
+    "none",
+    "na",
+    "n/a",
+    "#n/a",
+    *("nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind"),
+}
+"""Cells that say "no value", lower-case; of C's libraries on Windows too."""
 EMPTY_ROW = ' ,;"'
 """What rows of a spreadsheet hold below its last; among others they are samples without values."""
 DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 QUOTED_COMMA = re.compile(r'"\s*([+-]?\d+),(\d+)\s*"')
+MOST_OF_START, WIDE = 4096, 0.9
+"""Of so many bytes every other one is 0 in so large a share where a text has two bytes a letter."""
 THOUSANDS = 3
 """Digits after a comma that may part thousands."""
 
 
 def read_lines(path: Path) -> list[str]:
-    """Lines of `path` without their ends (LF or CRLF), UTF-8, UTF-16 that says so, or Latin-1. Raises `InputError`."""
+    """Lines of `path` without their ends (LF or CRLF), UTF-8, UTF-16 or Latin-1. Raises `InputError`."""
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     raw = path.read_bytes()
-    # What Windows' own tools call Unicode is UTF-16 with its mark.
-    is_utf16 = raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    if b"\0" in raw.rstrip(b"\0\r\n")[:4096] and not is_utf16:
+    utf16 = _utf16(raw)
+    if b"\0" in raw.rstrip(b"\0\r\n")[:4096] and not utf16:
         raise InputError(f"{path}: is a binary file, expected text")
     try:
-        text = raw.decode("utf-16" if is_utf16 else "utf-8-sig")
+        text = raw.decode(utf16 or "utf-8-sig")
     except UnicodeDecodeError as error:
-        if is_utf16:
+        if utf16:
             raise InputError(f"{path}: begins as UTF-16, and is none from byte {error.start} on") from None
         text = raw.decode("latin-1")
     if not text.strip("\0 \t\r\n"):
         raise InputError(f"{path}: the file is empty ({len(raw)} bytes)")
     # Loggers write whole blocks, the last filled up with zeros.
     return text.rstrip("\0\r\n").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def _utf16(raw: bytes) -> str:
+    """Which UTF-16 it is, what Windows' own tools call Unicode; empty where it is none.
+
+    By its mark, else by every other byte being 0, the other half of a letter or a digit.
+    """
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    start = raw[:MOST_OF_START]
+    halves = {"utf-16-be": start[0::2], "utf-16-le": start[1::2]}
+    zeros, other = sorted(halves, key=lambda name: -halves[name].count(0))
+    is_such = len(start) > 2 and halves[zeros].count(0) > WIDE * len(halves[zeros]) and not halves[other].count(0)
+    return zeros if is_such else ""
 
 
 def first_line(lines: Sequence[str]) -> int:
@@ -173,8 +200,14 @@ def parse_table(
     kept = [(k, name) for k, name in enumerate(names) if name in wanted]
     at = _rows_at(lines, first, names, delimiter)
     rows: list[list[float]] = []
+    header = lines[first - 1] if first else ""
     for index in at:
         cells = _split_cells(lines[index], delimiter, len(names))
+        if rows and lines[index] == header:
+            raise InputError(
+                f"{path}:{index + 1}: is the header of line {first} again, expected one recording a file: another "
+                "follows there"
+            )
         if len(cells) != len(names):
             raise InputError(f"{path}:{index + 1}: row has {len(cells)} cells, expected {len(names)} as the header has")
         rows.append([number(cells[k], path, index + 1, name) for k, name in kept])

@@ -21,9 +21,12 @@ WHOLE = 1000
 """No counter turns within so many samples."""
 PAUSES = 50
 """Of so many steps one may be a pause."""
+LONG_UNITS_S = ((0.2 / 86400.0, 86400.0), (2e-5, 3600.0))
+"""Samples that are less than so far apart are counted in days, as spreadsheets do, or in hours: no sensor gives as many
+in a second."""
 CALLED = {
-    1e-3: "milliseconds", 1e-4: "tenths of a millisecond", 1e-6: "microseconds", 1e-7: "ticks of 100 ns",
-    1e-9: "nanoseconds",
+    86400.0: "days", 3600.0: "hours", 1e-3: "milliseconds", 1e-4: "tenths of a millisecond", 1e-6: "microseconds",
+    1e-7: "ticks of 100 ns", 1e-9: "nanoseconds",
 }  # fmt: skip
 TENTHS = {1e-3: 1e-4, 1e-6: 1e-7}
 """Units of which there are tenths too, and those."""
@@ -92,4 +95,5 @@ def unit_of(clock: NDArray[np.float64], rate_hz: float | None = None) -> tuple[f
                 return usual, unit_s
     if any(least < clock[0] < most for least, most in TICKS_SINCE):
         return usual, 1e-7
-    return usual, next(unit_s for limit, unit_s in UNITS_S if usual < limit)
+    units_s = (*(LONG_UNITS_S if usual > 0 else ()), *UNITS_S)
+    return usual, next(unit_s for limit, unit_s in units_s if usual < limit)

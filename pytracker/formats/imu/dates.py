@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -14,7 +15,7 @@ DATE_OR_TIME = re.compile(r"\d{4}[-/]\d\d?[-/]\d\d?[ T]|\d{8}T\d|\d\d?[./-]\d\d?
 YEAR_FIRST = r"(?P<year>\d{4})(?P<by>[-/]?)(?P<month>\d\d?)(?P=by)(?P<day>\d\d?)"
 YEAR_LAST = r"(?P<first>\d\d?)(?P<by>[-/.])(?P<second>\d\d?)(?P=by)(?P<year>\d{4})"
 TIME = (
-    r"(?P<hour>\d\d?):?(?P<minute>[0-5]\d):?(?P<whole>[0-5]\d)(?:[.,](?P<fraction>\d+))?\s*(?P<half>[AaPp][Mm])?"
+    r"(?P<hour>\d\d?):?(?P<minute>[0-5]\d):?(?P<whole>[0-5]\d)(?:(?:[.,]|:(?=\d{3}(?!\d)))(?P<fraction>\d+))?\s*(?P<half>[AaPp][Mm])?"
     r"\s*(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
 )
 # Spreadsheets leave the hours out.
@@ -25,6 +26,7 @@ CLOCKS = [
 ]
 HOUR, DAY = timedelta(hours=1), timedelta(days=1)
 MICROSECOND = timedelta(microseconds=1)
+SLASHED = re.compile(r"(\d\d?)/(\d\d?)/(\d{4})")
 
 
 def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: int) -> list[str] | None:
@@ -34,15 +36,16 @@ def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: 
     or a time that is none.
     """
     begin = last = None
-    counted = list(lines)
+    counted, is_day_first = list(lines), False
     for k in range(first, len(lines)):
-        cells = lines[k].split(delimiter)
-        cell = cells[clock].strip(' "') if clock < len(cells) else ""
+        cells, cell = _cells(lines[k], delimiter, clock)
+        if begin is None and SLASHED.match(cell):
+            is_day_first = _is_day_first(_cells(line, delimiter, clock)[1] for line in lines[k:])
         if not DATE_OR_TIME.match(cell):
             if begin is None and cell:
                 return None
             continue
-        at = _when(cell, last)
+        at = _when(cell, last, is_day_first=is_day_first)
         if at is None:
             raise InputError(
                 f"{path}:{k + 1}: time is {cell[:40]!r}, expected a date and time, a time of day, or seconds"
@@ -53,13 +56,40 @@ def as_seconds(path: Path, lines: list[str], first: int, delimiter: str, clock: 
     return None if begin is None else counted
 
 
-def _when(cell: str, last: datetime | None) -> datetime | None:
+def _cells(line: str, delimiter: str, clock: int) -> tuple[list[str], str]:
+    """Of a line, and that of the clock."""
+    cells = line.split(delimiter)
+    return cells, cells[clock].strip(' "') if clock < len(cells) else ""
+
+
+def _is_day_first(cells: Iterable[str]) -> bool:
+    """Whether days come before months where slashes part them: if only so all are dates, or they are of fewer days.
+
+    Where neither tells months are first, as in the USA.
+    """
+    dates = {match.groups() for cell in cells if (match := SLASHED.match(cell))}
+    spans = {}
+    for is_day_first in (False, True):
+        try:
+            days = [_slashed(int(a), int(b), int(year), is_day_first=is_day_first) for a, b, year in dates]
+        except ValueError:
+            continue
+        spans[is_day_first] = max(days) - min(days)
+    return bool(spans) and min(spans, key=lambda order: spans[order])
+
+
+def _slashed(first: int, second: int, year: int, *, is_day_first: bool) -> datetime:
+    """Raises `ValueError` where that is no date."""
+    return datetime(year, second, first) if is_day_first else datetime(year, first, second)
+
+
+def _when(cell: str, last: datetime | None, *, is_day_first: bool) -> datetime | None:
     """In universal time where the zone is said; of a time of day, after `last`; None where it is neither."""
     said = next((match.groupdict() for pattern in CLOCKS if (match := pattern.fullmatch(cell))), None)
     if said is None:
         return None
     try:
-        day = _date(said)
+        day = _date(said, is_day_first=is_day_first)
         hour = int(said.get("hour") or 0)
         if half := said.get("half"):
             hour = hour % 12 + 12 * (half.lower() == "pm")
@@ -76,16 +106,15 @@ def _when(cell: str, last: datetime | None) -> datetime | None:
     return at - _zone(said.get("zone"))
 
 
-def _date(said: dict[str, str | None]) -> datetime:
-    """Midnight of it. Of two that may be the month it is the first where slashes part them, as in the USA."""
+def _date(said: dict[str, str | None], *, is_day_first: bool) -> datetime:
+    """Midnight of it; points and hyphens part days from months, slashes whichever comes first."""
     if "year" not in said:
         return datetime(1970, 1, 1)
     year = int(said["year"] or 0)
     if "month" in said:
         return datetime(year, int(said["month"] or 0), int(said["day"] or 0))
     first, second = int(said["first"] or 0), int(said["second"] or 0)
-    month, day = (first, second) if said["by"] == "/" and first <= 12 else (second, first)
-    return datetime(year, month, day)
+    return _slashed(first, second, year, is_day_first=is_day_first or said["by"] != "/")
 
 
 def _zone(said: str | None) -> timedelta:

@@ -149,9 +149,14 @@ def known_as(header: str) -> Column | None:
 
 
 def numbered_quaternion(headers: Sequence[str]) -> list[str]:
-    """The four columns that are numbered from 0 or from 1 as a quaternion's; none where it is not just these."""
+    """The four columns that are numbered from 0 or from 1 as a quaternion's; none where it is not just these.
+
+    Beside a column `q_w` the three others may be numbered.
+    """
     found = {match[1]: header for header in headers if (match := NUMBERED.fullmatch(header))}
-    return [found[number] for number in sorted(found)] if "".join(sorted(found)) in ("0123", "1234") else []
+    numbers = "".join(sorted(found))
+    first = ["q_w"] if "q_w" in headers and numbers == "123" else []
+    return first + [found[number] for number in numbers] if first or numbers in ("0123", "1234") else []
 
 
 def unit_in(header: str, ours: str) -> Column:

@@ -127,7 +127,7 @@ def read(
     """
     header = header_of(lines, (columns or {}).values())
     names, known = _ours(path, list(header.names), columns or {})
-    numbered = [] if set(QUATERNION) & set(names) else numbered_quaternion(names)
+    numbered = [] if set(QUATERNION[1:]) & set(names) else numbered_quaternion(names)
     names = [QUATERNION[numbered.index(name)] if name in numbered else name for name in names]
     if len(header.devices) > 1 and not columns:
         raise InputError(

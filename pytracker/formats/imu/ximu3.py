@@ -1,5 +1,6 @@
-"""x-io's x-IMU3: a folder with a CSV a kind of message: `Inertial.csv`, an orientation, `Magnetometer.csv`.
+"""x-io's x-IMU3 and NGIMU: a folder with a CSV a kind of message: `Inertial.csv`, an orientation, `Magnetometer.csv`.
 
+An NGIMU's inertial messages are `sensors.csv`, which holds the magnetic field too.
 An orientation is `Quaternion.csv`, else `RotationMatrix.csv`, else `EulerAngles.csv` (degrees, yaw about z first).
 
 Messages come at rates of their own, by one clock: orientation and magnetic field are taken at the inertial ones' times.
@@ -27,7 +28,7 @@ __all__ = ["files_of_ximu3", "is_ximu3", "read_ximu3"]
 
 Float = NDArray[np.float64]
 
-INERTIAL, MAGNETOMETER = "inertial", "magnetometer"
+INERTIAL, SENSORS, MAGNETOMETER = "inertial", "sensors", "magnetometer"
 OF_QUATERNION = {"w": "q_w", "x": "q_x", "y": "q_y", "z": "q_z"}
 OF_MATRIX = {row + column: f"r_{row}{column}" for row in "xyz" for column in "xyz"}
 OF_ANGLES = {name: name for name in ("roll", "pitch", "yaw")}
@@ -46,6 +47,8 @@ MOST_OF_IT = 0.9
 def files_of_ximu3(folder: Path) -> dict[str, Path]:
     """What is read of a folder, by name in small letters; without `inertial` it is none of x-io's."""
     there = {path.stem.lower(): path for path in sorted(folder.glob("[!.]*.[cC][sS][vV]"))}
+    if SENSORS in there:
+        there.setdefault(INERTIAL, there[SENSORS])
     orientation = next((name for name in ORIENTATIONS if name in there), "")
     return {name: there[name] for name in (INERTIAL, orientation, MAGNETOMETER) if name in there}
 
