@@ -15,6 +15,7 @@ from conftest import SEGMENTS
 import pytracker as pt
 from pytracker.doubting.body import of_body
 from pytracker.doubting.body_sensors import of_sensors
+from pytracker.evidence.points.late import Counted
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, multiply, rotation_vector_to_quaternion
 from pytracker.tracking import BodyTrack
@@ -135,7 +136,7 @@ def test_keypoints_of_other_frames_are_not_laid_on_the_sensors_clocks(sensed: Pa
     track = pt.track(dataclasses.replace(recording, imus=imus), pt.BodyMixture())
     assert isinstance(track, BodyTrack)
     assert any("imu[" in words for words in of_body(track))
-    late = of_body(dataclasses.replace(track, points_late=(9, 0.05)))
+    late = of_body(dataclasses.replace(track, points_late=(Counted(9), 0.05)))
     assert any("frames before it" in words for words in late)
     assert not any("imu[" in words for words in late)
 

@@ -97,7 +97,7 @@ def _of_others(track: BodyTrack) -> tuple[str, ...]:
 
 def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
     """A sentence where keypoints are of other frames than they are counted as, or of a mirrored picture."""
-    late, nearer_m = track.points_late
+    counted, nearer_m = track.points_late
     if track.points_mirrored:
         return (
             f"{where_of(track.recording)}: the keypoints of the wrists lie beside skin, and on it if the picture is "
@@ -106,11 +106,17 @@ def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
     if nearer_m < NEARER_M:
         told = _of_another_take(track), _of_points_beside_skin(track)
         return (told[0] or told[1]) if track.points_beside_skin < MANY_BESIDE * len(track.time_s) else told[1]
-    side = "before" if late > 0 else "after"
+    if counted.every > 1:
+        otherwise = f"they are taken to be of every {counted.every}. frame: are they? A column frame says which"
+    else:
+        side = "before" if counted.late > 0 else "after"
+        otherwise = (
+            f"those of a frame are taken to be of {abs(counted.late)} frames {side} it: is the video cut or counted "
+            "otherwise than the one that they were found in?"
+        )
     return (
         f"{where_of(track.recording)}: the keypoints of the wrists lie nearer to skin, by {100 * nearer_m:.1f} cm on "
-        f"average, if those of a frame are taken to be of {abs(late)} frames {side} it: is the video cut or counted "
-        "otherwise than the one that they were found in?",
+        f"average, if {otherwise}",
     )
 
 

@@ -14,7 +14,7 @@ from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Trac
 from pytracker.evidence.picture.frozen import HUNG, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.points.followed import followed
-from pytracker.evidence.points.late import LATE, MIRRORED, NEARER_M, points_late_of
+from pytracker.evidence.points.late import LATE, MIRRORED, NEARER_M, Counted, points_late_of
 from pytracker.evidence.pose.borne_out import head_off
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.evidence.pose.points_borne_out import median_off_m
@@ -77,7 +77,7 @@ class BodyTrack(Track):
         points: keypoints of who is tracked: u, v and standard deviation, px `(T, 9, 3)`; NaN where there are none.
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
-        points_late: by how many frames keypoints fit the pictures best if they are taken to be late, and by how much
+        points_late: how keypoints fit the pictures best if they are counted otherwise, and by how much
             nearer to skin wrists then lie than as they are counted, m; 0 and 0 where nothing better was found.
         points_mirrored: whether keypoints lie on skin if the picture they were found in is taken to be mirrored.
         points_off_skin_m: how far from skin they lie as they are counted, on average, and its standard deviation, m;
@@ -104,7 +104,7 @@ class BodyTrack(Track):
     points: Array = field(default_factory=lambda: np.zeros((0, len(KEYPOINTS), 3)))
     points_off_m: float = float("nan")
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
-    points_late: tuple[int, float] = (0, 0.0)
+    points_late: tuple[Counted, float] = (Counted(), 0.0)
     points_mirrored: bool = False
     points_off_skin_m: tuple[float, float] = NOT_TOLD
     points_beside_skin: int = 0
@@ -301,7 +301,7 @@ def _assemble(
         points=found.rows(np.array(watched.points).reshape(-1, len(KEYPOINTS), 3)),
         points_off_m=watched.points_off_m,
         points_astray_m=found.rows(np.array(watched.points_astray_m)),
-        points_late=(0, 0.0) if watched.late is None else watched.late.found(),
+        points_late=(Counted(), 0.0) if watched.late is None else watched.late.found(),
         points_mirrored=watched.are_mirrored,
         points_off_skin_m=NOT_TOLD if watched.late is None else watched.late.off_skin(),
         points_exchanged=np.array(watched.exchanged + [False] * (found.count - found.tracked)),

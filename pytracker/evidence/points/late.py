@@ -1,11 +1,14 @@
 """Whether a detector's keypoints are of the frames they are given for: wrists lie on skin, sooner, later, mirrored not.
 
-Keypoints of a clip that was cut, converted or counted otherwise than the video are some frames early or late. What
-moves then lies beside its points, by more the farther off the count is; where nothing moves, nothing is told. Those of
-a mirrored picture look, exchanged, like the person's, whose arms then do what the other one does.
+Keypoints of a clip that was cut, converted or counted otherwise than the video are some frames early or late, or of
+every second frame. What moves then lies beside its points, by more the farther off the count is; where nothing moves,
+nothing is told. Those of a mirrored picture look, exchanged, like the person's, whose arms then do what the other one
+does.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +21,13 @@ from pytracker.recording.body_view import rate_of
 from pytracker.recording.recording import BodyView
 from pytracker.rotation import Array
 
-__all__ = ["LATE", "MIRRORED", "NEARER_M", "PointsLate", "points_late_of"]
+__all__ = ["LATE", "MIRRORED", "NEARER_M", "Counted", "PointsLate", "points_late_of"]
 
 FARTHER_S = (0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
 LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.05, *FARTHER_S])
 """So late keypoints are tried to be, s."""
+EVERY = (2, 3, 4, 5)
+"""Keypoints are tried to be of every so manieth frame."""
 MOST_M = 0.15
 """A point that is farther from skin is somewhere else altogether."""
 NEAR_M, NEARER = 0.015, 0.45
@@ -40,6 +45,19 @@ LEAST_SHARE = 0.5
 _WRISTS = [KEYPOINTS.index(f"{side}_wrist") for side in ("left", "right")]
 
 
+@dataclass(frozen=True)
+class Counted:
+    """How keypoints may have been counted otherwise: row `index // every + late` is of the video's frame `index`.
+
+    Attributes:
+        late: by how many frames they come late; less than 0: early.
+        every: they are of every so manieth frame.
+    """
+
+    late: int = 0
+    every: int = 1
+
+
 class PointsLate:
     """What the frames so far say.
 
@@ -50,8 +68,11 @@ class PointsLate:
     """
 
     def __init__(self, keypoints: Keypoints, rate_hz: float, shrunk: int = 1) -> None:
-        self.late = np.unique(np.rint(LATE_S * rate_hz).astype(int))
-        """How many frames late they are tried to be `(L,)`."""
+        late = np.unique(np.rint(LATE_S * rate_hz).astype(int))
+        self.tried = [*(Counted(int(by)) for by in late), *(Counted(every=every) for every in EVERY)]
+        """How they are tried to be counted, `L` ways."""
+        self._late, self._every = np.array([(one.late, one.every) for one in self.tried]).T
+        self._as_counted = self.tried.index(Counted())
         self._frames = keypoints.frames
         self._wrists = place_in_smaller(keypoints.points[:, :, _WRISTS, :2], shrunk)
         self._off_m: list[Array] = []
@@ -62,11 +83,11 @@ class PointsLate:
         if evidence.skin_region is None:
             return
         distance_px = evidence.skin_region[0]
-        at = index + self.late
+        at = index // self._every + self._late
         rows = np.clip(np.searchsorted(self._frames, at), 0, len(self._frames) - 1)
         wrists = np.where((self._frames[rows] == at)[:, None, None, None], self._wrists[rows], np.nan)
         self._off_m.append(_off_skin(distance_px, wrists, px_per_m))
-        counted = wrists[self.late == 0]
+        counted = wrists[[self._as_counted]]
         mirrored = np.stack([distance_px.shape[1] - 1.0 - counted[..., 0], counted[..., 1]], axis=-1)
         self._mirrored_m.append(_off_skin(distance_px, mirrored, px_per_m))
 
@@ -76,7 +97,7 @@ class PointsLate:
 
         Nor as near, if they are taken to be late.
         """
-        off = np.array(self._off_m).reshape(-1, len(self.late))[:, self.late == 0]
+        off = self._off()[:, [self._as_counted]]
         mirrored = np.array(self._mirrored_m).reshape(-1, 1)
         told = np.isfinite(off) & np.isfinite(mirrored)
         if told.sum() <= LEAST_SHARE * max(1, len(off)):
@@ -90,23 +111,29 @@ class PointsLate:
 
         NaN where too few frames tell.
         """
-        off = np.array(self._off_m).reshape(-1, len(self.late))[:, int(np.argmax(self.late == 0))]
+        off = self._off()[:, self._as_counted]
         told = off[np.isfinite(off)]
         if len(told) <= LEAST_SHARE * max(1, len(off)):
             return np.nan, np.nan
         return float(told.mean()), float(told.std())
 
-    def found(self) -> tuple[int, float]:
-        """By how many frames they fit best if they are late, and by how much better than as they are counted, m."""
-        off = np.array(self._off_m).reshape(-1, len(self.late))
-        better = off[:, self.late == 0] - off
+    def found(self) -> tuple[Counted, float]:
+        """How they fit best if they are counted otherwise, and by how much better than as they are counted, m."""
+        off = self._off()
+        as_counted = off[:, [self._as_counted]]
+        better = as_counted - off
         told = np.isfinite(better)
-        enough = told.sum(axis=0) > LEAST_SHARE * max(1, len(off))
+        # As they are counted, those of every second frame are only of the first half.
+        enough = told.sum(axis=0) > LEAST_SHARE * max(1, len(off)) / self._every
         gains = np.where(enough, np.where(told, better, 0.0).sum(axis=0) / np.maximum(1, told.sum(axis=0)), 0.0)
-        counted = np.where(told, off[:, self.late == 0], 0.0).sum(axis=0)
+        counted = np.where(told, as_counted, 0.0).sum(axis=0)
         is_near = np.where(told, off, 0.0).sum(axis=0) <= np.maximum(NEAR_M * told.sum(axis=0), NEARER * counted)
         best = int(np.argmax(np.where(is_near, gains, 0.0)))
-        return (int(self.late[best]), float(gains[best])) if is_near[best] and gains[best] > 0.0 else (0, 0.0)
+        return (self.tried[best], float(gains[best])) if is_near[best] and gains[best] > 0.0 else (Counted(), 0.0)
+
+    def _off(self) -> Array:
+        """From skin by every way that was tried, of every frame so far `(T, L)`, m."""
+        return np.array(self._off_m).reshape(-1, len(self.tried))
 
 
 def _off_skin(distance_px: NDArray[np.float32], wrists: Array, px_per_m: float) -> Array:
