@@ -1,4 +1,4 @@
-"""MP4 videos that were trimmed without coding them anew: pictures that are in the file and not shown."""
+"""MP4 videos whose header does not count what is shown: trimmed without coding them anew, or in fragments."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from test_video import write_video
 
+from pytracker.formats.container import is_fragmented
 from pytracker.formats.edit_list import shown_s
-from pytracker.formats.video import frames, probe
+from pytracker.formats.video import VideoInfo, frames, probe
 from pytracker.formats.video_times import counted
 
 
@@ -30,6 +31,18 @@ def test_of_a_trimmed_video_what_is_shown_is_all_that_is_expected(begins: int, s
     found = list(frames(path))
     assert len(found) == counted(path).frame_count == probe(path).frame_count == shown
     assert found[0].time_s == 0.0
+
+
+def test_frames_of_a_video_in_fragments_are_counted_by_decoding_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its header may count those before the first alone: keypoints of the others were called another clip's."""
+    path = write_video(tmp_path / "whole.mp4", 20, 30.0)
+    assert not is_fragmented(path)
+    path.write_bytes(path.read_bytes() + struct.pack(">I4s", 8, b"moof"))
+    assert is_fragmented(path)
+    monkeypatch.setattr("pytracker.formats.video_times.probe", lambda _: VideoInfo(64, 48, 6, 30.0))
+    assert counted(path).frame_count == 20
 
 
 @settings(max_examples=200)

@@ -20,7 +20,7 @@ from typing import BinaryIO
 from pytracker.formats.matroska import end_of_segment, is_matroska, span_of_matroska
 from pytracker.formats.transport import span_of_transport
 
-__all__ = ["AviFrames", "frames_of_avi", "missing_bytes", "span_s"]
+__all__ = ["AviFrames", "frames_of_avi", "is_fragmented", "missing_bytes", "span_s"]
 
 LISTS = (b"movi", b"rec ")
 """An AVI's lists that hold frames."""
@@ -49,6 +49,12 @@ def missing_bytes(path: Path) -> int:
 def span_s(path: Path) -> tuple[float, float] | None:
     """When the first picture is and when the last, s; None where the container's own length is that of the pictures."""
     return span_of_matroska(path) or span_of_transport(path)
+
+
+def is_fragmented(path: Path) -> bool:
+    """Whether it is an MP4 in fragments, whose header may count the pictures of the first alone (8.8)."""
+    with path.open("rb") as file:
+        return any(name == b"moof" for name, _ in _boxes(file, path.stat().st_size))
 
 
 @dataclass(frozen=True)
@@ -140,19 +146,23 @@ def _is_name(name: bytes) -> bool:
 
 
 def _end_of_boxes(file: BinaryIO, size: int) -> int:
+    return max((end for _, end in _boxes(file, size)), default=0)
+
+
+def _boxes(file: BinaryIO, size: int) -> Iterator[tuple[bytes, int]]:
+    """The names of the boxes of a file, and where each ends, which may be beyond the file's end."""
     at = 0
     while at + 8 <= size:
         file.seek(at)
         length, name = struct.unpack(">I4s", file.read(8))
         if length == 1:
             large = file.read(8)
-            if len(large) < 8:
-                return size + 1
-            length = struct.unpack(">Q", large)[0]
+            length = struct.unpack(">Q", large)[0] if len(large) == 8 else size + 1 - at
         if length == 0 or length < 8 or name not in BOXES:  # to the end; or something that is no box
-            return size
+            yield name, size
+            return
         at += length
-    return at
+        yield name, at
 
 
 def _end_of_chunks(file: BinaryIO, size: int) -> int:

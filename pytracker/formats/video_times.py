@@ -9,7 +9,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from pytracker.formats.container import frames_of_avi
+from pytracker.formats.container import frames_of_avi, is_fragmented
 from pytracker.formats.edit_list import shown_s
 from pytracker.formats.matroska import is_matroska
 from pytracker.formats.video import VideoInfo, probe, time_of
@@ -21,11 +21,11 @@ __all__ = ["counted", "frame_times"]
 def counted(path: Path) -> VideoInfo:
     """As `probe`, and its count is that of the frames which can be decoded. Raises `InputError`.
 
-    Matroska and WebM only estimate it, of an AVI some may be empty, of a trimmed MP4 some are not shown: these are
-    decoded once.
+    Matroska and WebM only estimate it, of an AVI some may be empty, of a trimmed MP4 some are not shown, one in
+    fragments may count those of the first: these are decoded once.
     """
     info, avi = probe(path), frames_of_avi(path)
-    if is_matroska(path) or (avi is not None and avi.empty) or shown_s(path) is not None:
+    if is_matroska(path) or (avi is not None and avi.empty) or shown_s(path) is not None or is_fragmented(path):
         return dataclasses.replace(info, frame_count=len(frame_times(path)))
     return info
 
