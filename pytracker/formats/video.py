@@ -77,12 +77,14 @@ class VideoInfo:
         height: px.
         frame_count: as promised; an estimate in many containers, 0 where unknown.
         rate_hz: as promised; an average where the rate varies, 0 where unknown.
+        codec: four small letters, such as `h264`.
     """
 
     width: int
     height: int
     frame_count: int
     rate_hz: float
+    codec: str = ""
 
 
 def opened(path: Path) -> cv2.VideoCapture:
@@ -117,8 +119,8 @@ def probe(path: Path, *, is_still: bool = False) -> VideoInfo:
     capture = opened(path)
     try:
         ok, image = capture.read()
+        codec = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").decode("ascii", "replace")
         if not ok:
-            codec = int(capture.get(cv2.CAP_PROP_FOURCC)).to_bytes(4, "little").decode("ascii", "replace")
             raise InputError(
                 f"{path}: holds no frame that can be decoded, expected at least one (its codec is {codec!r}: ffmpeg -i "
                 f"{path.name} -c:v libx264 -crf 18 other.mp4 writes one that is usual)"
@@ -138,7 +140,7 @@ def probe(path: Path, *, is_still: bool = False) -> VideoInfo:
         if not is_still:
             _require_change(path, capture, image, count)
         rate = capture.get(cv2.CAP_PROP_FPS)
-        return VideoInfo(image.shape[1], image.shape[0], count, max(0.0, float(rate)))
+        return VideoInfo(image.shape[1], image.shape[0], count, max(0.0, float(rate)), codec.lower())
     finally:
         capture.release()
 
