@@ -8,7 +8,7 @@ import pytest
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette
-from pytracker.evidence.pose.borne_out import BorneOut
+from pytracker.evidence.pose.borne_out import BorneOut, head_off
 from pytracker.recording.camera import WeakPerspective
 from pytracker.rotation import Array
 from pytracker.skeleton import average_skeleton
@@ -81,3 +81,16 @@ def test_points_beside_the_person_bear_nothing_out(points_m: float, track_m: flo
         row[:2] = CAMERA.project(at_points[name][None])[0] if name in at_points else np.nan
     said = [looked.look(k / 30, joints, sure, seen((320, (11, 64))), points) for k in range(10)]
     assert ("left_wrist" in said[-1]) == told
+
+
+def test_a_head_that_is_above_the_picture_is_nowhere() -> None:
+    """Cut off below the chin, what was at the picture's edge was the head: 31 cm below the skeleton's, "check it"."""
+    joints, above = hanging(), np.array([0.0, 0.55, 0.0])
+    evidence = seen((320, (11, 64)))
+    assert np.abs(head_off(CAMERA, joints, evidence)).max() < 0.3
+    lower = WeakPerspective(affine=((PX_PER_M, 0.0, 0.0, 320.0), (0.0, -PX_PER_M, 0.0, 40.0)))
+    image = np.full((480, 640, 3), WALL, np.uint8)
+    cv2.rectangle(image, (300, 0), (340, 120), SHIRT, -1)
+    cut = Silhouette(np.full((480, 640, 3), WALL, np.uint8), PX_PER_M)(image)
+    raised = {name: at + above for name, at in joints.items()}
+    assert np.isnan(head_off(lower, raised, cut)).all()

@@ -113,3 +113,13 @@ def test_numbered_columns_may_have_a_line_between(tmp_path: Path) -> None:
     found = read_keypoints(path)
     assert found.is_share
     assert np.isfinite(found.points[0, 0, 1:, :2]).all()
+
+
+@pytest.mark.parametrize("frames", [(0, 0, 1, 1), (0, 1, 0, 1)])
+def test_several_people_in_a_table_are_named(frames: tuple[int, ...], tmp_path: Path) -> None:
+    """In turn, or one below the other, as SLEAP writes its tracks."""
+    path = tmp_path / "people.csv"
+    rows = "".join(f"{frame},{k},{k},0.9\n" for k, frame in enumerate(frames, start=1))
+    path.write_text("frame,left_wrist_u,left_wrist_v,left_wrist_confidence\n" + rows)
+    with pytest.raises(pt.InputError, match=r"several people in a frame\? Keep the rows of one"):
+        read_keypoints(path)

@@ -25,7 +25,7 @@ from pytracker.recording.keypoints.stuck import without_stuck
 from pytracker.recording.recording import BodyRecording, BodyView, Imu, Truth
 from pytracker.recording.schema import BodyFile, ImuEntry, InitialEntry, SkeletonEntry
 from pytracker.recording.truth.body import beside_first_pose, load_truth, uncovered_by_truth
-from pytracker.recording.worn import ARM_SEGMENTS, aligned, to_y_up
+from pytracker.recording.worn import ARM_SEGMENTS, MOST_LATE_S, aligned, to_y_up
 from pytracker.rotation import Array
 from pytracker.skeleton.average import average_skeleton
 from pytracker.skeleton.skeleton import UPPER_BODY, Skeleton
@@ -34,8 +34,8 @@ __all__ = ["load_body", "skeleton_of"]
 
 MOST = 1000.0
 """No angle in degrees and no place in metres is larger."""
-ENDS_S = 0.5
-"""A sensor that ends so much before the frames is told of."""
+LATE_S, ENDS_S = 0.1, 0.5
+"""A sensor that begins so much after the first frame, or ends so much before the last, is told of."""
 
 MOUNT_SD_DEG = 3.0
 """How well a sensor's mount is known where the recording does not say."""
@@ -170,15 +170,20 @@ def _imus(
         if any(other.segment == imu.segment for other in imus):
             raise InputError(f"{place}.segment is {imu.segment!r}, worn by another sensor too, expected one each")
         first_s, end_s = view.start_s, end_of(view)
-        if not imu.time_s[0] <= first_s <= imu.time_s[-1]:
+        if not imu.time_s[0] - MOST_LATE_S <= first_s <= imu.time_s[-1]:
             raise InputError(
                 f"{place} covers {imu.time_s[0]:.3f} to {imu.time_s[-1]:.3f} s of recording time, expected it to cover "
-                f"the first frame at {first_s:.3f} s: check offset_s"
+                f"the first frame at {first_s:.3f} s, or to begin {MOST_LATE_S:g} s later at the most: check offset_s"
             )
         imu = dataclasses.replace(imu, q_world_segment=to_y_up(imu.q_world_segment))
         q = aligned(place, imu, entry.heading_deg is not None, skeleton, initial, first_s)
         imus.append(dataclasses.replace(imu, q_world_segment=q))
         warnings += said
+        if imu.time_s[0] > first_s + LATE_S:
+            warnings.append(
+                f"{place} begins {imu.time_s[0] - first_s:.3f} s after the first frame: its arm is taken to be then as "
+                "in the first pose, and the frames before are tracked without it"
+            )
         if imu.time_s[-1] < end_s - ENDS_S:
             warnings.append(
                 f"{place} ends at {imu.time_s[-1]:.3f} s of recording time and the frames at {end_s:.3f} s: from there "

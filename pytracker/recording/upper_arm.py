@@ -11,7 +11,7 @@ from pytracker._core import InputError
 from pytracker.recording.imu import load_imu
 from pytracker.recording.recording import Arm, Imu
 from pytracker.recording.schema import ImuEntry
-from pytracker.recording.worn import heading_between
+from pytracker.recording.worn import MOST_LATE_S, MOST_OFF_DEG, heading_between
 from pytracker.rotation import multiply, rotate, rotation_vector_to_quaternion
 
 __all__ = ["upper_arm_imu"]
@@ -19,10 +19,6 @@ __all__ = ["upper_arm_imu"]
 UP, ALONG = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 SLACK_S = 0.1
 """Two sensors may begin and end so far apart without a word."""
-MOST_LATE_S = 0.5
-"""Until its first sample the arm is taken to be as at the first frame, where that is to tell the heading."""
-MOST_OFF_DEG = 45.0
-"""A first frame and a sensor that differ by more are not of the same arm."""
 
 
 def upper_arm_imu(

@@ -12,13 +12,24 @@ from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, matrix_to_quaternion, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.skeleton.skeleton import Skeleton
 
-__all__ = ["ARM_SEGMENTS", "UP", "aligned", "heading_between", "segment_frame", "to_y_up"]
+__all__ = [
+    "ARM_SEGMENTS",
+    "MOST_LATE_S",
+    "MOST_OFF_DEG",
+    "UP",
+    "aligned",
+    "heading_between",
+    "segment_frame",
+    "to_y_up",
+]
 
 ARM_SEGMENTS = ("left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm")
 UP = np.array([0.0, 1.0, 0.0])
 """The body's world."""
 LEAST_LEVEL = 0.35
 """A segment that is steeper than this (sine of its angle to the vertical) shows no heading."""
+MOST_LATE_S = 0.5
+"""Until its first sample an arm is taken to be as at the first frame, where that is to tell its heading or roll."""
 MOST_OFF_DEG = 45.0
 """A first pose and a sensor that differ by more are not of the same arm."""
 

@@ -80,7 +80,8 @@ def head_off(camera: Camera | WeakPerspective, joints: Mapping[str, Array], evid
         return np.full(2, np.nan)
     reach = round(COLUMN_M * px_per_m)
     rows = np.flatnonzero(mask[:, max(0, round(u) - reach) : round(u) + reach + 1].any(axis=1))
-    if not len(rows):
+    # Of who reaches beyond the picture, as the skeleton does, nobody knows where the head is.
+    if not len(rows) or (v < 0 and rows[0] == 0):
         return np.full(2, np.nan)
     head = rows[0] + CROWN_M * px_per_m
     # A skeleton that is too tall has its head above the person, or above the picture.

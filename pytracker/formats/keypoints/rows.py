@@ -97,7 +97,8 @@ def frames_of(path: Path, column: Sequence[str]) -> Numbers:
     if not is_next.all():
         k = int(np.argmin(is_next))
         is_what = column[k][:60] or "not there"
-        again = is_whole[k] and k > 0 and found[k] == found[k - 1]
+        # Of several people one may follow below the other, too.
+        again = is_whole[k] and k > 0 and found[k] in found[:k]
         hint = " (several people in a frame? Keep the rows of one)" if again else ""
         raise InputError(
             f"{path}: the frame of its row {k + 1} is {is_what}, expected whole numbers that increase{hint}"
