@@ -20,6 +20,7 @@ from pytracker.evidence.points.followed import followed
 from pytracker.evidence.pose.borne_out import BorneOut
 from pytracker.evidence.pose.cut_off import CutOff
 from pytracker.evidence.pose.points_borne_out import PointsBorneOut
+from pytracker.evidence.pose.stands_apart import StandsApart
 from pytracker.evidence.pose.stands_out import StandsOut
 from pytracker.evidence.pose.stature import StatureSeen
 from pytracker.evidence.pose.trunk import TrunkSeen
@@ -138,6 +139,7 @@ class PictureWatch:
         self._stature = StatureSeen(self.seen_by, ends[0], self.first["head"], is_median=is_median)
         self._cut_off = CutOff(self.seen_by)
         self.stands_out = StandsOut(self.seen_by)
+        self._stands_apart = StandsApart(self.seen_by)
         self.is_grey = False
         """Whether the first picture has no colour."""
         self._has_keypoints = recording.view.keypoints is not None
@@ -161,7 +163,8 @@ class PictureWatch:
         person = None if self.stands_out.floods else evidence.foreground
         stature = self._stature.look(time_s, means, person)
         hidden = self._cut_off.look(time_s, means, evidence.foreground)
-        return together(words, {"": stature}, {"": hardly}, hidden)
+        things = self._stands_apart.look(time_s, means, evidence)
+        return together(words, {"": stature}, {"": hardly}, hidden, things)
 
 
 class PointsWatch:

@@ -6,17 +6,16 @@ A particle filter always has a mean. What the picture says against it is kept fr
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from pytracker._core import KEYPOINTS
 from pytracker.evidence.picture.silhouette import BodyEvidence, Region
 from pytracker.evidence.points.followed import ARMS
 from pytracker.evidence.pose.ambiguity import Forearm, Line, distance_at, to_line, with_hand, wrists_may_be_off
 from pytracker.evidence.pose.lately import ASK_EVERY_S, Lately, mean_of_known
+from pytracker.evidence.pose.stands_apart import labels_about
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -230,17 +229,7 @@ def _without_others(points: Array, foreground: Image, pixels: Mapping[str, Array
     labels, is_other = np.asarray(mapped), np.asarray(stats)[:, cv2.CC_STAT_AREA] > OTHER_M2 * px_per_m**2
     own = np.array([pixels["root"], pixels["head"], *_head(pixels)])
     is_other[0] = False
-    near = _around(labels, own, round(OFF_PERSON_M * px_per_m))
+    near = labels_about(labels, own, round(OFF_PERSON_M * px_per_m))
     is_other[near] = False
     columns, rows = np.rint(points.T).astype(int)
     return np.asarray(points[~is_other[labels[rows, columns]]])
-
-
-def _around(labels: NDArray[Any], places: Array, reach: int) -> list[int]:
-    """Labels within `reach` px of places `(P, 2)`."""
-    height, width = labels.shape
-    found: set[int] = set()
-    for u, v in places[np.isfinite(places).all(axis=1)]:
-        left, top = (int(np.clip(x, 0, most - 1)) for x, most in ((u, width), (v, height)))
-        found.update(np.unique(labels[max(0, top - reach) : top + reach + 1, max(0, left - reach) : left + reach + 1]))
-    return sorted(found)

@@ -1,0 +1,115 @@
+"""Whether an arm may be drawn by a thing of skin's colour: one that came, stands still, and is apart from the person.
+
+Whatever has skin's colour draws an arm: a ball, a box, wood. A hand hangs together with its arm, and that with the
+person; what was there from the first frame on may be theirs, in clothes of the wall's colour.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pytracker.evidence.picture.silhouette import BodyEvidence
+from pytracker.evidence.pose.ambiguity import to_line, with_hand
+from pytracker.recording.camera import Camera, WeakPerspective
+from pytracker.rotation import Array
+
+__all__ = ["STANDS_APART", "StandsApart", "labels_about"]
+
+STANDS_APART = "a thing of skin's colour stands there, apart from the person"
+GAP_M = 0.06
+"""Clothes of the wall's colour part a person into pieces, m."""
+NEAR_M = 0.06
+"""A piece so near to head, trunk or shoulders is the person's, m; an arm so near to a thing may be drawn by it."""
+THING_M2 = 0.004, 0.08
+"""Smaller draws no arm; larger is no thing that is taken for one: a forearm with its hand has 0.04."""
+OF_SKIN, NEW = 0.4, 0.2
+"""So much of a thing has skin's colour, and less than this was foreground in the first frame."""
+STILL_M, STILL_SHARE, STILL_S = 0.012, 0.15, 0.8
+"""Its middle moves by no more, m, nor its size by such a share, for so long, s."""
+SIDES = ("left", "right")
+TRUNK = ("root", "head", "left_shoulder", "right_shoulder")
+
+
+@dataclass(frozen=True)
+class _Thing:
+    """A piece of foreground: since when it is there, s, its middle `(2,)`, px, and its size, px."""
+
+    since_s: float
+    middle: Array
+    size: float
+
+
+class StandsApart:
+    """What the frames so far say of it.
+
+    Args:
+        camera: of the pictures that evidence is found in.
+    """
+
+    def __init__(self, camera: Camera | WeakPerspective) -> None:
+        self._camera = camera
+        self._at_first: NDArray[np.bool_] | None = None
+        self._things: list[_Thing] = []
+
+    def look(self, time_s: float, joints: Mapping[str, Array], evidence: BodyEvidence) -> dict[str, str]:
+        """Take a frame's key joints, `(3,)` each, world, m, and what it shows; in words what is said of either arm."""
+        places = np.stack(list(joints.values()))
+        pixels = dict(zip(joints, self._camera.project(places), strict=True))
+        px_per_m = float(self._camera.px_per_m(joints["root"][None])[0])
+        if self._at_first is None:
+            self._at_first = evidence.foreground > 0
+        things = [self._since(time_s, *thing, px_per_m) for thing in self._apart(pixels, evidence, px_per_m)]
+        self._things = things
+        still = [thing for thing in things if time_s - thing.since_s >= STILL_S]
+        words: dict[str, str] = {}
+        for side in SIDES:
+            arm = with_hand((pixels[f"{side}_elbow"], pixels[f"{side}_wrist"]))
+            reach = [np.sqrt(thing.size / np.pi) + NEAR_M * px_per_m for thing in still]
+            off = [float(to_line(thing.middle[None], *arm)[0]) for thing in still]
+            if any(near < far for near, far in zip(off, reach, strict=True)):
+                words |= dict.fromkeys((f"{side}_elbow", f"{side}_wrist"), STANDS_APART)
+        return words
+
+    def _apart(self, pixels: Mapping[str, Array], evidence: BodyEvidence, px_per_m: float) -> list[tuple[Array, float]]:
+        """The middles and sizes of pieces of skin's colour that are apart from the person, and new."""
+        gap = 2 * round(0.5 * GAP_M * px_per_m) + 1
+        whole = cv2.morphologyEx(evidence.foreground, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
+        _, mapped, stats, middles = cv2.connectedComponentsWithStats(whole)
+        labels, sizes = np.asarray(mapped), np.asarray(stats)[:, cv2.CC_STAT_AREA].astype(float)
+        least, most = (m2 * px_per_m**2 for m2 in THING_M2)
+        asked = (sizes > least) & (sizes < most)
+        asked[0] = False
+        asked[labels_about(labels, np.array([pixels[name] for name in TRUNK]), round(NEAR_M * px_per_m))] = False
+        found = []
+        for label in np.flatnonzero(asked):
+            left, top, width, height = stats[label, :4]
+            box = slice(top, top + height), slice(left, left + width)
+            its = labels[box] == label
+            assert self._at_first is not None
+            if evidence.skin[box][its].mean() > OF_SKIN * 255 and self._at_first[box][its].mean() < NEW:
+                found.append((np.asarray(middles[label]), float(sizes[label])))
+        return found
+
+    def _since(self, time_s: float, middle: Array, size: float, px_per_m: float) -> _Thing:
+        """As it was, where it has not moved since; else anew."""
+        for before in self._things:
+            moved = float(np.linalg.norm(middle - before.middle))
+            if moved < STILL_M * px_per_m and abs(size - before.size) < STILL_SHARE * before.size:
+                return before
+        return _Thing(time_s, middle, size)
+
+
+def labels_about(labels: NDArray[Any], places: Array, reach: int) -> list[int]:
+    """Labels within `reach` px of places `(P, 2)`."""
+    height, width = labels.shape
+    found: set[int] = set()
+    for u, v in places[np.isfinite(places).all(axis=1)]:
+        left, top = (int(np.clip(x, 0, most - 1)) for x, most in ((u, width), (v, height)))
+        found.update(np.unique(labels[max(0, top - reach) : top + reach + 1, max(0, left - reach) : left + reach + 1]))
+    return sorted(found)
