@@ -70,6 +70,14 @@ def test_an_ngimus_messages_are_too(tmp_path: Path) -> None:
     assert np.array_equal(log.q_world_sensor, as_x.q_world_sensor)
 
 
+def test_its_own_log_is_named(tmp_path: Path) -> None:
+    (tmp_path / "log.ximu3").write_bytes(b"I,1,0,0,0,0,0,1\r\n")
+    with pytest.raises(
+        pt.InputError, match=r"log\.ximu3: is an x-IMU3's own log, expected what its GUI converts it to"
+    ):
+        read_imu(tmp_path / "log.ximu3")
+
+
 @pytest.mark.parametrize("name", ["RotationMatrix", "EulerAngles"])
 def test_an_orientation_may_be_written_otherwise(name: str, tmp_path: Path) -> None:
     folder = ximu3(tmp_path / "x")

@@ -11,7 +11,7 @@ import pytest
 import pytracker as pt
 from pytracker.formats.imu.read import read_imu
 from pytracker.inertial.check import check
-from pytracker.rotation import Array, multiply, rotate
+from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion
 from pytracker.simulate.arm import ArmSimulation
 
 ABOVE = """sep=,
@@ -106,3 +106,20 @@ def test_without_a_word_above_its_header(worn: tuple[Array, Array, Array, Array]
     names = [*QUATERNION, "Acc_X", "Acc_Y", "Acc_Z"]
     for above in ("", "sep=,\n"):
         assert read_imu(export(names, q, acc, above=above)).acc == pytest.approx(acc)
+
+
+def test_increments_are_turned_into_rates(worn: tuple[Array, Array, Array, Array], export: Callable[..., Path]) -> None:
+    """High fidelity, of which a DOT writes no acceleration: it was refused for having none."""
+    time_s, acc, gyr, q = worn
+    step_s = float(np.median(np.diff(time_s)))
+    names = ["dq_W", "dq_X", "dq_Y", "dq_Z", "dv[1]", "dv[2]", "dv[3]"]
+    log = read_imu(export([*QUATERNION, *names], q, rotation_vector_to_quaternion(gyr * step_s), acc * step_s))
+    assert log.acc is not None
+    assert log.gyr is not None
+    assert np.allclose(log.acc, acc, atol=1e-4)
+    assert np.allclose(log.gyr, gyr, atol=1e-4)
+    assert check(log).warnings == ()
+    # Where there is an acceleration it stands.
+    other = read_imu(export(["Acc_X", "Acc_Y", "Acc_Z", *names[4:]], acc, 2.0 * acc * step_s))
+    assert other.acc is not None
+    assert np.allclose(other.acc, acc, atol=1e-5)

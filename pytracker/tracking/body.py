@@ -252,8 +252,9 @@ def _reasons(
         seen = [together(words, {"": HUNG if hangs else ""}) for words, hangs in zip(seen, hung, strict=True)]
     has_moved = camera_moved(recording.view, found.time_s[: found.tracked], found.table["root"][:, 0])
     of_all = {"": _of_all_points(watched)}
+    # From a camera that has moved all else looks otherwise, too.
     said = [
-        together(words, {"": str(doubt)}, {"": MOVED if moved else ""}, of_all)
+        together({"": MOVED} if moved else words, {"": str(doubt)}, of_all)
         for words, doubt, moved in zip(seen, found.table["doubt"], has_moved, strict=True)
     ]
     return said + [{"": "the track was lost before"}] * (found.count - found.tracked)

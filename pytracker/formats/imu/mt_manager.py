@@ -3,13 +3,15 @@
 MT Manager says it in `//` comments, DOT in lines such as `OutputRate:,60Hz`. Delimited by tab, comma, semicolon or
 space; acceleration in m/s² with gravity, or free of it in the earth frame; turn rate in rad/s (DOT: degrees per
 second); orientation (sensor to a z-up earth frame) as quaternion w first, matrix written column by column, or Euler
-angles in degrees. A sample's time is its clock, or its packet counter, which wraps at 65535, over the rate, or the time
-of day; packets that were lost leave a gap.
+angles in degrees; or what acceleration and turn came to from sample to sample. A sample's time is its clock, or its
+packet counter, which wraps at 65535, over the rate, or the time of day; packets that were lost leave a gap.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,13 @@ from pytracker._core import InputError
 from pytracker.formats.text import Table, parse_table, points_for_commas, without_cut_row
 from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
-from pytracker.rotation import conjugate, euler_to_quaternion, matrix_to_quaternion, rotate
+from pytracker.rotation import (
+    conjugate,
+    euler_to_quaternion,
+    matrix_to_quaternion,
+    quaternion_to_rotation_vector,
+    rotate,
+)
 
 __all__ = ["read"]
 
@@ -37,12 +45,15 @@ MAG = ("Mag_X", "Mag_Y", "Mag_Z")
 QUATERNION = ("Quat_q0", "Quat_q1", "Quat_q2", "Quat_q3")
 QUATERNION_DOT = ("Quat_W", "Quat_X", "Quat_Y", "Quat_Z")
 """As the Xsens DOT writes it."""
+VELOCITY_INCREMENTS = (("VelInc_X", "VelInc_Y", "VelInc_Z"), ("dv[1]", "dv[2]", "dv[3]"))
+TURN_INCREMENTS = (("OriInc_q0", "OriInc_q1", "OriInc_q2", "OriInc_q3"), ("dq_W", "dq_X", "dq_Y", "dq_Z"))
+"""What acceleration and turn rate came to since the sample before, m/s and a quaternion, of MT Manager and of DOT."""
 MATRIX = tuple(f"Mat[{row}][{column}]" for column in (1, 2, 3) for row in (1, 2, 3))
 EULER = ("Roll", "Pitch", "Yaw")
 EULER_DOT = ("Euler_X", "Euler_Y", "Euler_Z")
 KNOWN = {
     COUNTER, FINE, *UTC, *ACC, *FREE_ACC[0], *FREE_ACC[1], *GYR, *MAG, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER,
-    *EULER_DOT,
+    *EULER_DOT, *chain(*VELOCITY_INCREMENTS, *TURN_INCREMENTS),
 }  # fmt: skip
 MOST_COLUMNS = 1000
 HEADER_WITHIN = 40
@@ -82,20 +93,32 @@ def read(path: Path, lines: list[str], rate_hz: float | None = None) -> ImuLog:
     kept, warnings = _lost_samples(table)
     table = table.without(~kept)
     q, gyr = _orientation(table), table.columns(*GYR)
+    step_s = float(np.median(np.diff(time_s))) if rate is None and len(time_s) > 1 else 1.0 / (rate or np.nan)
     is_dot = any(OF_DOT.match(line) for line in lines[:first])
     is_down = any(DOWN.match(line) for line in lines[:first])
     acc, put_back = _acceleration(table, q, -GRAVITY if is_down else GRAVITY)
+    gyr = np.deg2rad(gyr) if is_dot and gyr is not None else gyr
+    summed, turned = (_first_of(table, of) for of in (VELOCITY_INCREMENTS, TURN_INCREMENTS))
+    if summed is not None and (acc is None or put_back):
+        acc, put_back = summed / step_s, ()
+    if turned is not None and gyr is None:
+        gyr = quaternion_to_rotation_vector(turned) / step_s
     return ImuLog(
         path=path,
         lines=table.lines,
         time_s=time_s[kept],
         acc=acc,
-        gyr=np.deg2rad(gyr) if is_dot and gyr is not None else gyr,
+        gyr=gyr,
         mag=table.columns(*MAG),
         q_world_sensor=q,
         rate_hz=rate,
         warnings=(*cut, *warnings, *put_back),
     )
+
+
+def _first_of(table: Table, groups: Sequence[tuple[str, ...]]) -> Float | None:
+    """The columns of the first group that is there."""
+    return next((found for names in groups if (found := table.columns(*names)) is not None), None)
 
 
 def _header(path: Path, lines: list[str]) -> tuple[int, str, list[str]]:
@@ -125,7 +148,7 @@ def _acceleration(table: Table, q_world_sensor: Float | None, up: float) -> tupl
     `up` is what a sensor at rest feels along the earth frame's z, m/s².
     """
     acc = table.columns(*ACC)
-    free = next((found for names in FREE_ACC if (found := table.columns(*names)) is not None), None)
+    free = _first_of(table, FREE_ACC)
     if acc is not None or free is None or q_world_sensor is None:
         return acc, ()
     words = (
@@ -169,7 +192,17 @@ def _orientation(table: Table) -> Float | None:
 def _lost_samples(table: Table) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Rows to keep: MT Manager writes NaN or nothing where a packet held no reading."""
     free = () if ACC[0] in table.names else (*FREE_ACC[0], *FREE_ACC[1])
-    readings = (*ACC, *free, *GYR, *QUATERNION, *QUATERNION_DOT, *MATRIX, *EULER, *EULER_DOT)
+    readings = (
+        *ACC,
+        *free,
+        *chain(*VELOCITY_INCREMENTS, *TURN_INCREMENTS),
+        *GYR,
+        *QUATERNION,
+        *QUATERNION_DOT,
+        *MATRIX,
+        *EULER,
+        *EULER_DOT,
+    )
     columns = [name for name in readings if name in table.names]
     values = table.columns(*columns)
     if values is None or not columns:

@@ -84,6 +84,8 @@ def _told_by_content(path: Path) -> tuple[str, list[str]]:
     for form, is_such in WITHOUT_LINES.items():
         if is_such(path):
             return form, []
+    if path.suffix.lower() == ".ximu3":
+        raise InputError(f"{path}: is an x-IMU3's own log, expected what its GUI converts it to: a folder of CSVs")
     if zipfile.is_zipfile(path):
         raise InputError(f"{path}: is a ZIP or a workbook, expected what it unpacks to: a phone's folder, or a CSV")
     lines = read_lines(path)
