@@ -139,3 +139,18 @@ def test_a_header_that_comes_again_is_named(tmp_path: Path) -> None:
     path.write_text(once + once)
     with pytest.raises(pt.InputError, match=r"imu\.csv:4: is the header of line 1 again, expected one recording"):
         read_imu(path)
+
+
+def test_a_map_turns_signs(tmp_path: Path) -> None:
+    """An iPhone's, or those of an axis that is mirrored."""
+    path = tmp_path / "imu.csv"
+    path.write_text(
+        "a word\n\ntime_s,acc_x,acc_y,acc_z[mg],q_w,q_x,q_y,q_z\n0,1,2,-1000,1,0,0,0\n0.01,1,2,-1000,1,0,0,0\n"
+    )
+    log = read_imu(path, columns={"acc_x": "-acc_x", "acc_y": "acc_y", "acc_z": "-Acc_Z[mg]"})
+    assert log.acc is not None
+    assert log.acc[0] == pytest.approx([-1.0, 2.0, 9.80665])
+    with pytest.raises(pt.InputError, match="expected a sign before acc_x, "):
+        read_imu(path, columns={"q_x": "-q_x"})
+    with pytest.raises(pt.InputError, match=r"columns\.acc_x is '-a', but the header has no such column"):
+        read_imu(path, columns={"acc_x": "-a"})

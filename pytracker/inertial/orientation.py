@@ -170,7 +170,7 @@ def _check_gyroscope(log: ImuLog, bias: Float) -> None:
         raise InputError(
             f"{log.path}: turned by the orientation, the mean acceleration is {off:.2f} m/s² from gravity (median of "
             f"{WINDOW_S:g} s), and {least:.2f} if {alike}; computed from the gyroscope: is gyr in rad/s, and in the "
-            "axes of acc?"
+            'axes of acc? (columns = { acc_x = "-acc_x" } turns a sign)'
         )
 
 

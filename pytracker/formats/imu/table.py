@@ -6,6 +6,7 @@ Columns are found by name, extra ones ignored: `time_s, acc_x..z` (m/s², specif
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections import Counter
 from collections.abc import Collection, Mapping
@@ -49,6 +50,8 @@ LEAST_KNOWN = 4
 """A header comes within so many lines, and names so much of a time and three axes."""
 QUATERNION = ("q_w", "q_x", "q_y", "q_z")
 OURS = {"time_s", *ACC, *GYR, *MAG, *QUATERNION}
+TURNED = (*ACC, *GYR, *MAG)
+"""Those whose sign a map may turn: `acc_x = "-ax"`."""
 
 
 @dataclass(frozen=True)
@@ -77,8 +80,7 @@ def header_of(lines: list[str], columns: Collection[str] = ()) -> Header:
     """
     said = [k for k, line in enumerate(lines[:HEADER_WITHIN]) if line.strip() and not SEPARATOR.match(line)]
     first = next((k for k in said if _names_columns(lines[k])), said[0] if said else len(lines) - 1)
-    given = {name.lower() for name in columns}
-    first = next((k for k in said if given and given <= set(_numbered(_names(lines[k])))), first)
+    first = next((k for k in said if columns and _names_all(columns, _numbered(_names(lines[k])))), first)
     delimiter, lines = delimited(lines, first)
     names = _numbered(_names(lines[first]))
     below = lines[first + 1].split(delimiter) if first + 1 < len(lines) else []
@@ -93,6 +95,10 @@ def header_of(lines: list[str], columns: Collection[str] = ()) -> Header:
         names, first = of_shimmer(names, units) if len(devices) < 2 else names, first + 1
     # A comma at the end of every line begins no column.
     return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines, devices)
+
+
+def _names_all(columns: Collection[str], names: list[str]) -> bool:
+    return all(_without_sign(name, names) in names for name in columns)
 
 
 def _names(line: str) -> list[str]:
@@ -208,16 +214,26 @@ def _check_names(path: Path, line: int, names: list[str], *, has_rate: bool) -> 
         )
 
 
+def _without_sign(name: str, theirs: Collection[str]) -> str:
+    """Of a mapped column, in small letters, without a minus that is none of its name's."""
+    name = name.lower()
+    return name[1:].strip() if name not in theirs and name.startswith("-") else name
+
+
 def _ours(path: Path, theirs: list[str], columns: Mapping[str, str]) -> tuple[list[str], dict[str, Column]]:
     """The columns' names with ours where they are known, and what those of others say."""
     names, found = list(theirs), {}
     for ours, name in columns.items():
-        if name.lower() not in theirs:
+        plain = _without_sign(name, theirs)
+        if plain not in theirs:
             raise InputError(
                 f"{path}: columns.{ours} is {name!r}, but the header has no such column: {', '.join(theirs)[:200]}"
             )
-        names[theirs.index(name.lower())] = ours
-        found[ours] = unit_in(name, ours)
+        if plain != name.lower() and ours not in TURNED:
+            raise InputError(f"{path}: columns.{ours} is {name!r}, expected a sign before {', '.join(TURNED)} only")
+        names[theirs.index(plain)] = ours
+        column = unit_in(plain, ours)
+        found[ours] = column if plain == name.lower() else dataclasses.replace(column, factor=-column.factor)
     # A clock that counts from the start says more than one of the day.
     for k in sorted(range(len(theirs)), key=lambda k: "elapsed" not in theirs[k]):
         known = known_as(theirs[k]) if names[k] == theirs[k] and names[k] not in OURS else None
