@@ -78,22 +78,28 @@ class StandsApart:
 
     def _apart(self, pixels: Mapping[str, Array], evidence: BodyEvidence, px_per_m: float) -> list[tuple[Array, float]]:
         """The middles and sizes of pieces of skin's colour that are apart from the person, and new."""
+        left, top, width, height = cv2.boundingRect(evidence.foreground)
+        corner, part = np.array([left, top], dtype=float), (slice(top, top + height), slice(left, left + width))
+        if not width:
+            return []
         gap = 2 * round(0.5 * GAP_M * px_per_m) + 1
-        whole = cv2.morphologyEx(evidence.foreground, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
+        whole = cv2.morphologyEx(evidence.foreground[part], cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
         _, mapped, stats, middles = cv2.connectedComponentsWithStats(whole)
         labels, sizes = np.asarray(mapped), np.asarray(stats)[:, cv2.CC_STAT_AREA].astype(float)
         least, most = (m2 * px_per_m**2 for m2 in THING_M2)
         asked = (sizes > least) & (sizes < most)
         asked[0] = False
-        asked[labels_about(labels, np.array([pixels[name] for name in TRUNK]), round(NEAR_M * px_per_m))] = False
+        if not asked.any():
+            return []
+        trunk = np.array([pixels[name] for name in TRUNK]) - corner
+        asked[labels_about(labels, trunk, round(NEAR_M * px_per_m))] = False
+        assert self._at_first is not None
+        skin, at_first = evidence.skin[part], self._at_first[part]
         found = []
         for label in np.flatnonzero(asked):
-            left, top, width, height = stats[label, :4]
-            box = slice(top, top + height), slice(left, left + width)
-            its = labels[box] == label
-            assert self._at_first is not None
-            if evidence.skin[box][its].mean() > OF_SKIN * 255 and self._at_first[box][its].mean() < NEW:
-                found.append((np.asarray(middles[label]), float(sizes[label])))
+            its = labels == label
+            if skin[its].mean() > OF_SKIN * 255 and at_first[its].mean() < NEW:
+                found.append((np.asarray(middles[label]) + corner, float(sizes[label])))
         return found
 
     def _since(self, time_s: float, middle: Array, size: float, px_per_m: float) -> _Thing:
