@@ -110,15 +110,34 @@ def test_what_windows_calls_unicode_is_text(encoding: str, tmp_path: Path) -> No
         read_imu(path)
 
 
-@pytest.mark.parametrize(("unit_s", "words"), [(86400.0, "days, of 100 Hz"), (3600.0, "hours, of 100 Hz")])
-def test_a_spreadsheets_days_are_told_by_their_size(unit_s: float, words: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("unit_s", "first_s", "rate_hz", "words"),
+    [
+        (86400.0, 45413.5 * 86400.0, 100.0, "days, of 100 Hz"),
+        (86400.0, 45413.5 * 86400.0, 10.0, "days, of 10 Hz"),
+        (86400.0, 43200.0, 100.0, "days, of 100 Hz"),
+        (3600.0, 43200.0, 100.0, "hours, of 100 Hz"),
+        (3600.0, 0.0, 200.0, "hours, of 200 Hz"),
+    ],
+)
+def test_a_spreadsheets_days_are_told_by_their_size(
+    unit_s: float, first_s: float, rate_hz: float, words: str, tmp_path: Path
+) -> None:
     """Samples were 0.1 µs apart; "in milliseconds?", it said."""
     path = tmp_path / "imu.csv"
-    rows = "".join(f"{(45413.5 * 86400.0 + 0.01 * k) / unit_s:.12f},0,0,9.8\n" for k in range(50))
+    rows = "".join(f"{(first_s + k / rate_hz) / unit_s:.12f},0,0,9.8\n" for k in range(50))
     path.write_text("time,acc_x,acc_y,acc_z\n" + rows)
     log = read_imu(path)
-    assert np.diff(log.time_s) == pytest.approx(0.01, abs=1e-4)
+    assert np.diff(log.time_s) == pytest.approx(1.0 / rate_hz, abs=1e-4)
     assert words in log.warnings[0]
+
+
+def test_bursts_are_no_days(tmp_path: Path) -> None:
+    """Within them samples are microseconds apart, as those of a spreadsheet's days are."""
+    path = tmp_path / "imu.csv"
+    rows = "".join(f"{0.64 * (k // 64) + 1e-6 * (k % 64):.6f},0,0,9.8\n" for k in range(2000))
+    path.write_text("time,acc_x,acc_y,acc_z\n" + rows)
+    assert float(np.ptp(read_imu(path).time_s)) == pytest.approx(0.64 * 31, abs=0.01)
 
 
 def test_a_quaternion_of_a_letter_and_three_numbers_is_one(tmp_path: Path) -> None:

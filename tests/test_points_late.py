@@ -65,9 +65,9 @@ def test_keypoints_of_every_second_frame_are_told_by_what_they_lie_on(
     recording = with_keypoints(shared("recordings/people-gesture-21"), table, tmp_path / "21")
     keypoints = recording.view.keypoints
     assert keypoints is not None
-    for every in (2, 3):
-        points = keypoints.points[::every]
-        half = Keypoints(np.arange(len(points)), points)
+    for every, first in ((2, 0), (3, 10)):
+        points = keypoints.points[first::every]
+        half = Keypoints(first + np.arange(len(points)), points)
         recording = dataclasses.replace(recording, view=dataclasses.replace(recording.view, keypoints=half))
         ((counted, nearer_m),) = found(recording, (0,))
         assert counted == Counted(every=every)

@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from hidden_imu import ACC, COLUMNS, EVERY, GYR, QUATERNION, hidden, otherwise, rows_of, written
+from hidden_imu import ACC, COLUMNS, EVERY, GYR, QUATERNION, otherwise, rows_of, written
 
 import pytracker as pt
 from pytracker.evidence import sightings_of
@@ -19,6 +19,7 @@ from pytracker.rotation import rotate
 from pytracker.setup.checks.worn import given_axis
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.worn import mount_of
+from pytracker.simulate import ArmSimulation
 
 
 @pytest.fixture(scope="module")
@@ -63,11 +64,12 @@ def test_without_a_quaternion_gravity_tells_the_units(
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_an_accelerometer_with_a_mirrored_axis_is_no_gyroscope_in_degrees(
-    axis: int, gesturing: Path, tmp_path: Path
-) -> None:
+def test_an_accelerometer_with_a_mirrored_axis_is_no_gyroscope_in_degrees(axis: int, tmp_path: Path) -> None:
     """Which hardly turned, and so left gravity steadier: a unit, a clock, a heading and a mount were written."""
-    rows = hidden(rows_of(gesturing), 0.0, 0.0, np.array([0.5, -0.3, 0.6, 0.5]) / np.sqrt(0.95))
+    imu = ArmSimulation(pt.ArmScene(worn=True, pattern="reach", duration_s=12.0), 5).imu
+    assert imu.gyr is not None
+    mount = np.array([0.5, -0.3, 0.6, 0.5]) / np.sqrt(0.95)
+    rows = np.column_stack([imu.time_s, rotate(mount, imu.acc), rotate(mount, imu.gyr)])
     rows[:, ACC.start + axis] *= -1.0
     path = tmp_path / "imu.csv"
     header = COLUMNS.split(",q_w", maxsplit=1)[0]

@@ -163,7 +163,7 @@ def test_a_video_that_was_compressed_too_much_is_told(
     """Hands were 12 to 24 cm off in valid frames, untold; with the same bits a larger picture is no worse."""
     path = tmp_path / "a.mp4"
     path.write_bytes(bytes(int(1000 * kbit_s / 8)))
-    monkeypatch.setattr(video_oddities_module, "probe", lambda _: video.VideoInfo(*size, 60, 60.0, codec))
+    monkeypatch.setattr(video_oddities_module, "counted", lambda _: video.VideoInfo(*size, 60, 60.0, codec))
     said = compression(path)
     assert len(said) == is_told
     least = 78 if codec == "hevc" else 233

@@ -60,14 +60,15 @@ def _as_place(feet: Array, rotation: Array, translation: Array) -> str:
 
 def _transposed(feet: Array, rotation: Array, camera_m: float) -> str:
     """In words, where a camera looks up from near the ground, which is not where the world begins."""
-    up, other = (float(np.degrees(np.arcsin(np.clip(row, -1.0, 1.0)))) for row in (rotation[2, 1], rotation[1, 2]))
-    if not (up > LOOKS_UP_DEG and other < -LOOKS_UP_DEG and camera_m - feet[1] < LOW_M and abs(feet[1]) > FLOOR_M):
+    up, down = (float(np.degrees(np.arcsin(np.clip(part, -1.0, 1.0)))) for part in (rotation[2, 1], -rotation[1, 2]))
+    is_near = FLOOR_M < abs(feet[1]) < AIR_M  # worlds that begin on a table, or a stage, begin farther off
+    if not (up > LOOKS_UP_DEG and camera_m - feet[1] < LOW_M and is_near):
         return ""
     side = "above" if feet[1] > 0 else "below"
     return (
         f"{abs(feet[1]):.2f} m {side} where the world begins, and the camera looks up by {up:.0f}° from "
         f"{camera_m - feet[1]:.2f} m above them, expected one ground for both: does camera.rotation take the camera to "
-        f"the world? Its transpose looks down by {-other:.0f}°"
+        f"the world? Its transpose looks down by {down:.0f}°"
     )
 
 

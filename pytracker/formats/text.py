@@ -200,10 +200,10 @@ def parse_table(
     kept = [(k, name) for k, name in enumerate(names) if name in wanted]
     at = _rows_at(lines, first, names, delimiter)
     rows: list[list[float]] = []
-    header = lines[first - 1] if first else ""
+    header = lines[first - 1].strip() if first else ""
     for index in at:
         cells = _split_cells(lines[index], delimiter, len(names))
-        if rows and lines[index] == header:
+        if header and lines[index].strip() == header:
             raise InputError(
                 f"{path}:{index + 1}: is the header of line {first} again, expected one recording a file: another "
                 "follows there"

@@ -12,8 +12,9 @@ import cv2
 from pytracker.formats.container import frames_of_avi
 from pytracker.formats.matroska import begins_s
 from pytracker.formats.transport import lacking_bytes, lost_packets
-from pytracker.formats.video import MOST_FRAMES, opened, probe
+from pytracker.formats.video import MOST_FRAMES, opened
 from pytracker.formats.video_steady import CameraMoves
+from pytracker.formats.video_times import counted
 
 __all__ = ["compression", "video_oddities"]
 
@@ -39,7 +40,7 @@ def video_oddities(path: Path, start_s: float, moves: CameraMoves | None = None)
 
 def compression(path: Path) -> list[str]:
     """A word on one that was compressed until skin and edges are smeared. Raises `InputError`."""
-    info = probe(path)
+    info = counted(path)
     smaller = min(1.0, SIDE_PX / max(info.width, info.height)) ** 2
     bits = THRIFTY_BITS if info.codec in THRIFTY else LEAST_BITS
     least_kbit_s = bits * info.width * info.height * smaller * info.rate_hz / 1000.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,16 @@ from pytracker.inertial.bias import bias_at_rest, bias_by_gravity
 from pytracker.inertial.gravity import WINDOW_S, check_up, check_windows, unsteadiness
 from pytracker.inertial.log import ImuLog
 
-__all__ = ["AS_GIVEN", "LEAST_UNSTEADY", "STEADIER", "orient", "steadiest_otherwise", "unsteadiness_by_gyroscope"]
+__all__ = [
+    "AS_GIVEN",
+    "LEAST_UNSTEADY",
+    "MIRRORED",
+    "OTHER_SIGNS",
+    "STEADIER",
+    "orient",
+    "steadiest_otherwise",
+    "unsteadiness_by_gyroscope",
+]
 
 Float = NDArray[np.float64]
 
@@ -26,12 +36,16 @@ SILENT_S = 0.5
 """A magnetic field is interpolated over no longer pauses: magnetometers are slow, and an arm turns."""
 BIASED = 0.05
 """A gyroscope at rest that reads more is worth a word, rad/s."""
-OTHER_GYROSCOPES: dict[str, Float] = {
+OTHER_UNITS: dict[str, Float] = {
     "it is in degrees per second": np.full(3, np.pi / 180),
     "it is 57 times as much, which is the other way round": np.full(3, 180 / np.pi),
+}
+OTHER_SIGNS: dict[str, Float] = {
     "its x has the other sign": np.array([-1.0, 1.0, 1.0]),
     "its y has the other sign": np.array([1.0, -1.0, 1.0]),
     "its z has the other sign": np.array([1.0, 1.0, -1.0]),
+}
+MIRRORED: dict[str, Float] = {
     "the accelerometer's x has the other sign": np.array([1.0, -1.0, -1.0]),
     "the accelerometer's y has the other sign": np.array([-1.0, 1.0, -1.0]),
     "the accelerometer's z has the other sign": np.array([-1.0, -1.0, 1.0]),
@@ -47,6 +61,9 @@ UNSURE = 0.02
 """A gyroscope whose bias is known no better turns the heading away, rad/s."""
 STEADIER = 0.7
 """Another gyroscope must leave gravity this much steadier: of 39 right ones, real and simulated, none leaves it any."""
+MUCH_STEADIER = 0.5
+"""The same of `MIRRORED`: who turns about one axis alone is as steady with two others turned round (0.59 at least, of
+64 arms that circle and 60 slices of BROAD)."""
 
 
 def orient(log: ImuLog, *, has_heading: bool = False) -> ImuLog:
@@ -165,7 +182,11 @@ def _check_gyroscope(log: ImuLog, bias: Float) -> None:
     off = unsteadiness(log)
     if off < LEAST_UNSTEADY:
         return
-    least, alike = steadiest_otherwise(log, bias)
+    least, alike = steadiest_otherwise(log, {**OTHER_UNITS, **OTHER_SIGNS}, bias)
+    mirrored, as_mirrored = steadiest_otherwise(log, MIRRORED, bias)
+    if mirrored < MUCH_STEADIER * off and mirrored < AS_STEADY * least:
+        alike = f"{alike} or {as_mirrored}" if least < AS_STEADY * mirrored else as_mirrored
+        least = min(least, mirrored)
     if least < STEADIER * off:
         raise InputError(
             f"{log.path}: turned by the orientation, the mean acceleration is {off:.2f} m/s² from gravity (median of "
@@ -174,12 +195,12 @@ def _check_gyroscope(log: ImuLog, bias: Float) -> None:
         )
 
 
-def steadiest_otherwise(log: ImuLog, bias: Float | float = 0.0) -> tuple[float, str]:
-    """How far gravity goes by the best of `OTHER_GYROSCOPES`, m/s², and in words which are as good."""
+def steadiest_otherwise(log: ImuLog, otherwise: Mapping[str, Float], bias: Float | float = 0.0) -> tuple[float, str]:
+    """How far gravity goes by the best of gyroscopes that are `otherwise`, m/s², and in words which are as good."""
     assert log.gyr is not None
     others = {
         words: unsteadiness(dataclasses.replace(log, q_world_sensor=_by_vqf(log, (log.gyr - bias) * factor, None)))
-        for words, factor in OTHER_GYROSCOPES.items()
+        for words, factor in otherwise.items()
     }
     least = min(others.values())
     return least, " or ".join(words for words, left in others.items() if left < AS_STEADY * least)

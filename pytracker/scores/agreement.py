@@ -210,8 +210,8 @@ def _other(track: Array, as_is: Array, other: Array, words: str) -> _Other:
         return _Other(np.inf, 0.0, False, words)
     if _moves(track, both) < MOVES * _moves(other, both):
         return _Other(np.inf, 0.0, False, words)
-    off, before = (float(np.sqrt(((track - at)[both] ** 2).sum(axis=1).mean())) for at in (other, as_is))
-    return _Other(off, before, _moves(track - other, both) < BETTER * _moves(track - as_is, both), words)
+    off, before = (_moves(track - at, both) for at in (other, as_is))
+    return _Other(off, before, off < BETTER * before, f"{words}, each joint's mean error aside")
 
 
 def _moves(places: Array, known: NDArray[np.bool_]) -> float:

@@ -20,6 +20,8 @@ from pytracker.inertial.gravity import GRAVITY, unsteadiness
 from pytracker.inertial.log import ImuLog
 from pytracker.inertial.orientation import (
     LEAST_UNSTEADY,
+    MIRRORED,
+    OTHER_SIGNS,
     STEADIER,
     steadiest_otherwise,
     unsteadiness_by_gyroscope,
@@ -145,8 +147,9 @@ def _unit_by_gravity(log: ImuLog, conventions: Conventions) -> tuple[Conventions
     found = [dataclasses.replace(conventions, gyr_unit=unit) for unit in units]
     off = [unsteadiness_by_gyroscope(in_our_terms(log, one)) for one in found]
     best, other = sorted(range(len(off)), key=lambda k: off[k])
-    least, otherwise = min(steadiest_otherwise(in_our_terms(log, one)) for one in found)
-    if least < off[best]:
+    signs = {**OTHER_SIGNS, **MIRRORED}
+    least, otherwise = min(steadiest_otherwise(in_our_terms(log, one), signs) for one in found)
+    if least < STEADIER * off[best]:
         words = f"gravity varies by {off[best]:.2f} m/s² in {units[best]} and by {off[other]:.2f} in {units[other]}"
         return conventions, False, f"{words}, by {least:.2f} if {otherwise}"
     is_told = off[other] > LEAST_UNSTEADY and off[best] < STEADIER * off[other]

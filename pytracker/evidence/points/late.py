@@ -47,7 +47,9 @@ _WRISTS = [KEYPOINTS.index(f"{side}_wrist") for side in ("left", "right")]
 
 @dataclass(frozen=True)
 class Counted:
-    """How keypoints may have been counted otherwise: row `index // every + late` is of the video's frame `index`.
+    """How keypoints may have been counted otherwise, `first` of them rightly.
+
+    Row `first + (index - first) // every + late` is of the video's frame `index`.
 
     Attributes:
         late: by how many frames they come late; less than 0: early.
@@ -83,7 +85,8 @@ class PointsLate:
         if evidence.skin_region is None:
             return
         distance_px = evidence.skin_region[0]
-        at = index // self._every + self._late
+        first = int(self._frames[0]) if len(self._frames) else 0
+        at = first + (index - first) // self._every + self._late
         rows = np.clip(np.searchsorted(self._frames, at), 0, len(self._frames) - 1)
         wrists = np.where((self._frames[rows] == at)[:, None, None, None], self._wrists[rows], np.nan)
         self._off_m.append(_off_skin(distance_px, wrists, px_per_m))

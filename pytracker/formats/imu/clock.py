@@ -21,9 +21,10 @@ WHOLE = 1000
 """No counter turns within so many samples."""
 PAUSES = 50
 """Of so many steps one may be a pause."""
-LONG_UNITS_S = ((0.2 / 86400.0, 86400.0), (2e-5, 3600.0))
-"""Samples that are less than so far apart are counted in days, as spreadsheets do, or in hours: no sensor gives as many
-in a second."""
+LONG_UNITS_S = ((5.8e-7, 86400.0), (1.4e-5, 3600.0))
+"""Samples that are less than so far apart on average, too, are counted in days, of 20 Hz at least, or in hours."""
+DATES = (2e4, 7e4)
+"""Days since 1900, of 1954 to 2091: a spreadsheet's dates."""
 CALLED = {
     86400.0: "days", 3600.0: "hours", 1e-3: "milliseconds", 1e-4: "tenths of a millisecond", 1e-6: "microseconds",
     1e-7: "ticks of 100 ns", 1e-9: "nanoseconds",
@@ -58,7 +59,7 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
     hz = 1.0 / (usual * unit_s)
     words = (
         f"{table.path}: its clock does not say its unit: taken as {CALLED[unit_s]}, of {hz:.4g} Hz; "
-        "time_ms, time_us or time_ns would say it"
+        "time_ms, time_us or time_ns would say it, or rate_hz"
     )
     if hz < SLOW_HZ and unit_s in TENTHS:
         words += f". Or is it in {CALLED[TENTHS[unit_s]]}, of {10 * hz:.4g} Hz? rate_hz would say it"
@@ -95,5 +96,17 @@ def unit_of(clock: NDArray[np.float64], rate_hz: float | None = None) -> tuple[f
                 return usual, unit_s
     if any(least < clock[0] < most for least, most in TICKS_SINCE):
         return usual, 1e-7
-    units_s = (*(LONG_UNITS_S if usual > 0 else ()), *UNITS_S)
-    return usual, next(unit_s for limit, unit_s in units_s if usual < limit)
+    if (longer := _longer_unit(clock, usual)) is not None:
+        return usual, longer
+    return usual, next(unit_s for limit, unit_s in UNITS_S if usual < limit)
+
+
+def _longer_unit(clock: NDArray[np.float64], usual: float) -> float | None:
+    """A day or an hour, s, of a clock whose steps are usually so long; None of one that is in seconds or less."""
+    # Samples that come in bursts are near each other within these, not on average.
+    step = max(usual, float(np.ptp(clock[np.isfinite(clock)])) / max(1, len(clock) - 1))
+    if not (usual > 0 and step < LONG_UNITS_S[-1][0]):
+        return None
+    if DATES[0] < clock[0] < DATES[1]:
+        return 86400.0
+    return next(unit_s for limit, unit_s in LONG_UNITS_S if step < limit)

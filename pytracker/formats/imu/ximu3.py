@@ -47,9 +47,9 @@ MOST_OF_IT = 0.9
 def files_of_ximu3(folder: Path) -> dict[str, Path]:
     """What is read of a folder, by name in small letters; without `inertial` it is none of x-io's."""
     there = {path.stem.lower(): path for path in sorted(folder.glob("[!.]*.[cC][sS][vV]"))}
-    if SENSORS in there:
-        there.setdefault(INERTIAL, there[SENSORS])
     orientation = next((name for name in ORIENTATIONS if name in there), "")
+    if SENSORS in there and orientation:
+        there.setdefault(INERTIAL, there[SENSORS])
     return {name: there[name] for name in (INERTIAL, orientation, MAGNETOMETER) if name in there}
 
 
