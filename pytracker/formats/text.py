@@ -30,18 +30,8 @@ __all__ = [
 Float = NDArray[np.float64]
 
 EMPTY = {
-    "",
-    "-",
-    "--",
-    "nan",
-    "-nan",
-    "null",
-    "none",
-    "na",
-    "n/a",
-    "#n/a",
-    *("nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind"),
-}
+    "", "-", "--", "nan", "-nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "null", "none", "na", "n/a", "#n/a",
+}  # fmt: skip
 """Cells that say "no value", lower-case; of C's libraries on Windows too."""
 EMPTY_ROW = ' ,;"'
 """What rows of a spreadsheet hold below its last; among others they are samples without values."""

@@ -14,8 +14,10 @@ __all__ = ["as_seconds"]
 DATE_OR_TIME = re.compile(r"\d{4}[-/]\d\d?[-/]\d\d?[ T]|\d{8}T\d|\d\d?[./-]\d\d?[./-]\d{4}[ T]|\d\d?:\d\d[:.,]\d")
 YEAR_FIRST = r"(?P<year>\d{4})(?P<by>[-/]?)(?P<month>\d\d?)(?P=by)(?P<day>\d\d?)"
 YEAR_LAST = r"(?P<first>\d\d?)(?P<by>[-/.])(?P<second>\d\d?)(?P=by)(?P<year>\d{4})"
+FRACTION = r"(?:(?:[.,]|:(?=\d{3}(?!\d)))(?P<fraction>\d+))?"
+"""Of a second; behind a colon there are thousandths, and of two digits frames."""
 TIME = (
-    r"(?P<hour>\d\d?):?(?P<minute>[0-5]\d):?(?P<whole>[0-5]\d)(?:(?:[.,]|:(?=\d{3}(?!\d)))(?P<fraction>\d+))?\s*(?P<half>[AaPp][Mm])?"
+    rf"(?P<hour>\d\d?):?(?P<minute>[0-5]\d):?(?P<whole>[0-5]\d){FRACTION}\s*(?P<half>[AaPp][Mm])?"
     r"\s*(?P<zone>Z|[+-]\d\d(?::?\d\d)?)?"
 )
 # Spreadsheets leave the hours out.
