@@ -280,7 +280,7 @@ def test_what_people_wrote_loads(shared: Callable[[str], Path]) -> None:
 def test_keypoints_of_every_second_frame_are_told() -> None:
     points = np.zeros((60, 1, len(KEYPOINTS), 3))
     (said,) = uncovered(Path("k.csv"), Keypoints(np.arange(60), points), VideoInfo(320, 240, 121, 60.0))
-    assert "of every 2. frame (a column frame says which)?" in said
+    assert "of one frame in 2 (a column frame says which)?" in said
 
 
 def test_keypoints_that_are_missing_within_are_told() -> None:

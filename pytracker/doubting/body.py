@@ -107,7 +107,7 @@ def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
         told = _of_another_take(track), _of_points_beside_skin(track)
         return (told[0] or told[1]) if track.points_beside_skin < MANY_BESIDE * len(track.time_s) else told[1]
     if counted.every > 1:
-        otherwise = f"they are taken to be of every {counted.every}. frame: are they? A column frame says which"
+        otherwise = f"they are taken to be of one frame in {counted.every}: are they? A column frame says which"
     else:
         side = "before" if counted.late > 0 else "after"
         otherwise = (

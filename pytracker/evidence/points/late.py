@@ -27,7 +27,7 @@ FARTHER_S = (0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
 LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.05, *FARTHER_S])
 """So late keypoints are tried to be, s."""
 EVERY = (2, 3, 4, 5)
-"""Keypoints are tried to be of every so manieth frame."""
+"""Keypoints are tried to be of one frame in so many."""
 MOST_M = 0.15
 """A point that is farther from skin is somewhere else altogether."""
 NEAR_M, NEARER = 0.015, 0.45
@@ -53,7 +53,7 @@ class Counted:
 
     Attributes:
         late: by how many frames they come late; less than 0: early.
-        every: they are of every so manieth frame.
+        every: they are of one frame in so many.
     """
 
     late: int = 0
