@@ -71,7 +71,7 @@ def test_of_a_sensor_of_another_take_nothing_is_written(gesturing: Path, tmp_pat
     assert [draft.get(f"imu.{key}") for key in ("offset_s", "heading_deg", "mount")] == [None, None, None]
 
 
-@pytest.mark.skipif(not IS_ACCEPTANCE, reason="takes a minute; the reach below tells mounts apart in every run")
+@pytest.mark.skipif(not IS_ACCEPTANCE, reason="takes a minute; test_worn asks a shorter circle in every run")
 def test_where_a_circle_fits_two_mounts_the_elbow_tells(tmp_path: Path) -> None:
     """A mount that is 80° off explains this circle better; its elbow is above the line from shoulder to wrist."""
     true = pt.simulate_arm(tmp_path / "true", pt.ArmScene(worn=True, pattern="circle"), 102)
@@ -94,6 +94,7 @@ def test_where_a_circle_fits_two_mounts_the_elbow_tells(tmp_path: Path) -> None:
     assert Draft(folder).get("imu.offset_s") == pytest.approx(5.5, abs=0.25)
 
 
+@pytest.mark.skipif(not IS_ACCEPTANCE, reason="takes a minute; test_worn asks a shorter circle in every run")
 def test_where_reaching_fits_two_mounts_neither_is_written(tmp_path: Path) -> None:
     """A hand behind the back explained it better, was written, and was 44 cm off, all valid; the clock is the same."""
     true = pt.simulate_arm(tmp_path / "true", pt.ArmScene(worn=True, pattern="reach"), 126)
