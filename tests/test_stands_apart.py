@@ -42,7 +42,7 @@ def test_an_arm_beside_a_thing_that_came_is_not_believed() -> None:
     "thing",
     [
         lambda k: BESIDE,
-        lambda k: None if k < 10 else (BESIDE[0], BESIDE[1] - 3 * (k % 16)),
+        lambda k: None if k < 10 else (BESIDE[0], BESIDE[1] - 3 * ((k - 10) % 16)),
         lambda k: None if k < 10 else (460, 150),
         lambda k: None if k < 10 else (348, 300),
     ],
