@@ -202,15 +202,6 @@ def test_what_contradicts_is_refused(
         pt.load(folder)
 
 
-def test_a_sensor_that_begins_a_little_late_is_used_from_then_on(sensed: Path, tmp_path: Path) -> None:
-    """Everyday life: it was refused."""
-    late = load(changed(sensed, tmp_path / "late", ("heading_deg = 0.0", "heading_deg = 0.0\noffset_s = 0.3")))
-    assert any("begins 0.300 s after the first frame" in words for words in late.warnings)
-    assert late.imus[0].time_s[0] == pytest.approx(0.3)
-    for method in (pt.Partitioned(particles=20), pt.BodySmooth(particles=20)):
-        assert np.isfinite(pt.track(without(late, imus=1), method, 1).joints["left_wrist"].mean).all()
-
-
 def test_keypoints_of_a_longer_clip_are_refused(sensed: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(sensed, tmp_path / "longer")
     path = folder / "keypoints.csv"

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import SEGMENTS
+from test_body_senses import changed, load, without
 
 import pytracker as pt
 from pytracker.doubting.body import of_body
@@ -170,3 +171,12 @@ def test_a_sensor_that_ends_before_the_frames_is_told(sensed: Path, tmp_path: Pa
     (said,) = (words for words in pt.load(folder).warnings if "is tracked without it" in words)
     assert re.search(r"imu\[\d\] ends at \d", said)
     assert not any("is tracked without it" in words for words in pt.load(sensed).warnings)
+
+
+def test_a_sensor_that_begins_a_little_late_is_used_from_then_on(sensed: Path, tmp_path: Path) -> None:
+    """Everyday life: it was refused."""
+    late = load(changed(sensed, tmp_path / "late", ("heading_deg = 0.0", "heading_deg = 0.0\noffset_s = 0.3")))
+    assert any("begins 0.300 s after the first frame" in words for words in late.warnings)
+    assert late.imus[0].time_s[0] == pytest.approx(0.3)
+    for method in (pt.Partitioned(particles=20), pt.BodySmooth(particles=20)):
+        assert np.isfinite(pt.track(without(late, imus=1), method, 1).joints["left_wrist"].mean).all()

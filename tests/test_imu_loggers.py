@@ -173,3 +173,25 @@ def test_a_map_turns_signs(tmp_path: Path) -> None:
         read_imu(path, columns={"q_x": "-q_x"})
     with pytest.raises(pt.InputError, match=r"columns\.acc_x is '-a', but the header has no such column"):
         read_imu(path, columns={"acc_x": "-a"})
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("2024/05/01 10:00:00.00", "2024/05/01 10:00:00.25"),
+        ("01.05.2024 10:00:00,00", "01.05.2024 10:00:00,25"),
+        ("04/30/2024 11:59:59.90 PM", "05/01/2024 12:00:00.15 AM"),
+        ("20240501T105950.75Z", "20240501T105951Z"),
+        ("2024-10-27T02:59:59.990+02:00", "2024-10-27T02:00:00.240+01"),
+        ("11:59:59.9 am", "12:00:00.15 pm"),
+        ("23:59:59.9", "00:00:00.15"),
+        ("59:59.9", "00:00.15"),
+        ("10:00:59:900", "10:01:00:150"),
+        ("07/11/2024 23:59:59.90", "08/11/2024 00:00:00.15"),
+        ("13/11/2024 23:59:59.90", "14/11/2024 00:00:00.15"),
+    ],
+)
+def test_dates_are_read_as_others_write_them(first: str, second: str, tmp_path: Path) -> None:
+    path = tmp_path / "imu.csv"
+    path.write_text(f"time;acc_x;acc_y;acc_z\n{first};0;0;9.8\n{second};0;0;9.8\n")
+    assert read_imu(path).time_s == pytest.approx([0.0, 0.25])

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-import cv2
 import numpy as np
 
 from pytracker._core import KEYPOINTS
@@ -15,7 +14,7 @@ from pytracker.evidence.picture.silhouette import BodyEvidence, Region
 from pytracker.evidence.points.followed import ARMS
 from pytracker.evidence.pose.ambiguity import Forearm, Line, distance_at, to_line, with_hand, wrists_may_be_off
 from pytracker.evidence.pose.lately import ASK_EVERY_S, Lately, mean_of_known
-from pytracker.evidence.pose.stands_apart import labels_about
+from pytracker.evidence.pose.pieces import pieces_of
 from pytracker.formats.video import Image
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
@@ -31,8 +30,6 @@ REACH_M = 0.12
 """Skin this far from head, forearms and hands is nobody's."""
 ARM_M = 0.95
 """No hand of a large person is farther from between the shoulders."""
-GAP_M = 0.06
-"""Clothes of the wall's colour part a person into pieces."""
 OTHER_M2 = 0.08
 """A piece of foreground that is larger and not on the trunk is somebody else: a forearm with its hand has 0.04."""
 NOBODYS = 0.30
@@ -223,13 +220,9 @@ def _nobodys(points: Array, pixels: Mapping[str, Array], px_per_m: float) -> flo
 
 def _without_others(points: Array, foreground: Image, pixels: Mapping[str, Array], px_per_m: float) -> Array:
     """Points on skin that are not on another person: a piece of foreground as large as one, and not on this one."""
-    gap = 2 * round(0.5 * GAP_M * px_per_m) + 1
-    whole = cv2.morphologyEx(foreground, cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
-    _, mapped, stats, _ = cv2.connectedComponentsWithStats(whole)
-    labels, is_other = np.asarray(mapped), np.asarray(stats)[:, cv2.CC_STAT_AREA] > OTHER_M2 * px_per_m**2
+    pieces = pieces_of(foreground, px_per_m)
     own = np.array([pixels["root"], pixels["head"], *_head(pixels)])
+    is_other = pieces.sizes > OTHER_M2 * px_per_m**2
     is_other[0] = False
-    near = labels_about(labels, own, round(OFF_PERSON_M * px_per_m))
-    is_other[near] = False
-    columns, rows = np.rint(points.T).astype(int)
-    return np.asarray(points[~is_other[labels[rows, columns]]])
+    is_other[pieces.about(own, round(OFF_PERSON_M * px_per_m))] = False
+    return np.asarray(points[~is_other[pieces.at(points)]])

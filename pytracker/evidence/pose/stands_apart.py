@@ -8,22 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.pose.ambiguity import to_line, with_hand
+from pytracker.evidence.pose.pieces import pieces_of
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["STANDS_APART", "StandsApart", "labels_about"]
+__all__ = ["STANDS_APART", "StandsApart"]
 
 STANDS_APART = "a thing of skin's colour stands there, apart from the person"
-GAP_M = 0.06
-"""Clothes of the wall's colour part a person into pieces, m."""
 NEAR_M = 0.06
 """A piece so near to head, trunk or shoulders is the person's, m; an arm so near to a thing may be drawn by it."""
 THING_M2 = 0.004, 0.08
@@ -78,29 +75,19 @@ class StandsApart:
 
     def _apart(self, pixels: Mapping[str, Array], evidence: BodyEvidence, px_per_m: float) -> list[tuple[Array, float]]:
         """The middles and sizes of pieces of skin's colour that are apart from the person, and new."""
-        left, top, width, height = cv2.boundingRect(evidence.foreground)
-        corner, part = np.array([left, top], dtype=float), (slice(top, top + height), slice(left, left + width))
-        if not width:
-            return []
-        gap = 2 * round(0.5 * GAP_M * px_per_m) + 1
-        whole = cv2.morphologyEx(evidence.foreground[part], cv2.MORPH_CLOSE, np.ones((gap, gap), np.uint8))
-        _, mapped, stats, middles = cv2.connectedComponentsWithStats(whole)
-        labels, sizes = np.asarray(mapped), np.asarray(stats)[:, cv2.CC_STAT_AREA].astype(float)
+        pieces = pieces_of(evidence.foreground, px_per_m)
         least, most = (m2 * px_per_m**2 for m2 in THING_M2)
-        asked = (sizes > least) & (sizes < most)
+        asked = (pieces.sizes > least) & (pieces.sizes < most)
         asked[0] = False
         if not asked.any():
             return []
-        trunk = np.array([pixels[name] for name in TRUNK]) - corner
-        asked[labels_about(labels, trunk, round(NEAR_M * px_per_m))] = False
+        asked[pieces.about(np.array([pixels[name] for name in TRUNK]), round(NEAR_M * px_per_m))] = False
         assert self._at_first is not None
-        skin, at_first = evidence.skin[part], self._at_first[part]
-        found = []
-        for label in np.flatnonzero(asked):
-            its = labels == label
-            if skin[its].mean() > OF_SKIN * 255 and at_first[its].mean() < NEW:
-                found.append((np.asarray(middles[label]) + corner, float(sizes[label])))
-        return found
+        return [
+            (pieces.middles[label], float(pieces.sizes[label]))
+            for label in np.flatnonzero(asked).tolist()
+            if pieces.share(label, evidence.skin) > OF_SKIN and pieces.share(label, self._at_first) < NEW
+        ]
 
     def _since(self, time_s: float, middle: Array, size: float, px_per_m: float) -> _Thing:
         """As it was, where it has not moved since; else anew."""
@@ -109,13 +96,3 @@ class StandsApart:
             if moved < STILL_M * px_per_m and abs(size - before.size) < STILL_SHARE * before.size:
                 return before
         return _Thing(time_s, middle, size)
-
-
-def labels_about(labels: NDArray[Any], places: Array, reach: int) -> list[int]:
-    """Labels within `reach` px of places `(P, 2)`."""
-    height, width = labels.shape
-    found: set[int] = set()
-    for u, v in places[np.isfinite(places).all(axis=1)]:
-        left, top = (int(np.clip(x, 0, most - 1)) for x, most in ((u, width), (v, height)))
-        found.update(np.unique(labels[max(0, top - reach) : top + reach + 1, max(0, left - reach) : left + reach + 1]))
-    return sorted(found)
