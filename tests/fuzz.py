@@ -27,6 +27,7 @@ from pytracker.formats.imu.read import read_imu
 from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.points import read_points
 from pytracker.formats.qualisys import read_qualisys
+from pytracker.formats.storage import read_storage
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.inertial.check import check
@@ -90,6 +91,13 @@ Frame#\tTime\tA\t\t
 \t\tX1\tY1\tZ1
 1\t0.00\t1\t2\t3
 2\t0.01\t1\t\t3
+"""
+SMALL_STO = """DataType=Vec3
+nRows=2
+endheader
+time\tA\tB
+0.00\t1,2,3\t4,5,6
+0.01\t1,2,3\t4,,6
 """
 PERSON = {"keypoints": [[5.0, 6.0]] * 17, "keypoint_scores": [0.9] * 17}
 SMALL_STUDY = """schema = 1
@@ -233,6 +241,7 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ("body/recording.toml", (body / "recording.toml").read_bytes(), read_recording_file),
         ("study.toml", study, pt.read_study),
         ("truth.trc", SMALL_TRC.encode(), read_trc),
+        ("truth.sto", SMALL_STO.encode(), read_storage),
         ("keypoints.trc", SPORTS2D.encode(), keypoints),
         ("dot.csv", DOT.encode(), imu_log),
         ("dates.csv", DATES.encode(), imu_log),

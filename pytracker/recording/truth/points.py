@@ -16,6 +16,7 @@ from pytracker.formats.c3d import read_c3d
 from pytracker.formats.markers import Markers, check_times
 from pytracker.formats.mat import read_mat_points
 from pytracker.formats.qualisys import read_qualisys
+from pytracker.formats.storage import read_storage
 from pytracker.formats.trc import read_trc
 from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import PAUSES, Truth
@@ -48,6 +49,8 @@ POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
     ".c3d": read_c3d,
     ".mat": read_mat_points,
     ".bvh": read_bvh,
+    ".sto": read_storage,
+    ".mot": read_storage,
 }
 """Readers of markers by the file's suffix."""
 
