@@ -1,4 +1,4 @@
-"""Commands that make a recording ready: `init`, `keypoints`, `check`."""
+"""Commands that make a recording ready: `init`, `keypoints`, `clap`, `check`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from pytracker.output import write_whole
 from pytracker.setup import check as examine
 from pytracker.setup import detect
 from pytracker.setup import init as begin
+from pytracker.setup.clap import clock_by_claps
 
 __all__ = ["commands"]
 
@@ -52,6 +53,27 @@ def find_keypoints(
     with frames_bar(quiet) as progress:
         found = detect(folder, camera, force=force, progress=progress)
     say(f"wrote {found.path}: somebody in {found.seen} of {found.frames} frames, by {found.detector}", quiet)
+
+
+@commands.command()
+def clap(
+    folder: Folder,
+    frames: Annotated[
+        list[int], typer.Argument(min=0, help="The first frame of each clap in which hands touch: see pytracker frame.")
+    ],
+    imu: Annotated[int, typer.Option(min=0, help="Which sensor.")] = 0,
+    quiet: Quiet = False,
+) -> None:
+    """The clock of an IMU by claps, taps or jumps: the blows it felt when the video shows them; into recording.toml."""
+    found = clock_by_claps(folder, frames, imu)
+    blows = ", ".join(
+        f"{hard:.0f} m/s² at {time_s:.3f} s" for time_s, hard in zip(found.blow_s, found.hard, strict=True)
+    )
+    say(
+        f"felt in those frames: {blows} of the sensor's time; offset {found.offset_s:+.3f} ± {found.offset_sd_s:.3f} s",
+        quiet,
+    )
+    print(f"wrote offset_s of imu[{imu}] into {folder / 'recording.toml'}")
 
 
 @commands.command()

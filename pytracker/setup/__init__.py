@@ -6,6 +6,7 @@
 | `draft` | recording.toml while it is incomplete |
 | `check` | `check`: everything looked at; `checks`: its parts |
 | `conventions`, `worn` | of an IMU units, quaternion and earth frame; clock, heading and the axis along the forearm |
+| `clap` | the clock of an IMU from frames in which hands met |
 | `heading` | the heading again, by what a worn sensor and a living shoulder do |
 | `upright` | which axis is up in a calibration's world |
 | `poses` | a body's first pose, from keypoints or from outline and skin |

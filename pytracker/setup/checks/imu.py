@@ -19,7 +19,7 @@ from pytracker.setup.checks.findings import Finding
 from pytracker.setup.conventions import find_conventions
 from pytracker.setup.draft import Draft
 
-__all__ = ["check_imu", "check_others"]
+__all__ = ["check_imu", "check_others", "read_log"]
 
 WORDS = {
     "acc_unit": "unit of the acceleration",
@@ -38,7 +38,7 @@ def check_imu(draft: Draft, imu: str = "imu") -> tuple[list[Finding], ImuLog | N
     file = draft.file(f"{imu}.file")
     if file is None:
         return [Finding("IMU", "missing", "there is no [[imu]] with a file: an arm is tracked by one")], None
-    log = _read(draft, imu, file)
+    log = read_log(draft, imu, file)
     if isinstance(log, Finding):
         return [log], None
     found = find_conventions(log)
@@ -71,7 +71,8 @@ def check_others(draft: Draft, first: int) -> list[Finding]:
     ]
 
 
-def _read(draft: Draft, imu: str, file: Path) -> ImuLog | Finding:
+def read_log(draft: Draft, imu: str, file: Path) -> ImuLog | Finding:
+    """A sensor's file as it is, with even times; a line that says why not."""
     form = draft.get(f"{imu}.format") or "auto"
     try:
         log = read_imu(
