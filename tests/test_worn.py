@@ -14,7 +14,7 @@ from conftest import IS_ACCEPTANCE
 import pytracker as pt
 from pytracker.rotation import triple
 from pytracker.setup.checks.worn import check_worn
-from pytracker.setup.worn import Worn, lags_of, weighed
+from pytracker.setup.worn import Worn, lags_of, put_on, weighed
 from pytracker.simulate.arm import ArmSimulation
 
 
@@ -54,6 +54,19 @@ def test_frames_without_samples_tell_no_mount_from_another() -> None:
     assert weighed(cut, sightings, across).log_evidence < best - 200.0
     never = dataclasses.replace(true, offset_s=100.0)
     assert weighed(cut, sightings, never).log_evidence < best - 1000.0
+
+
+def test_samples_long_after_the_last_frame_tell_nothing() -> None:
+    """Of a long recording the first frames are looked at; every way to wear the sensor took all of its samples."""
+    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern="gesture", duration_s=6.0), 3)
+    recording = simulation.recording()
+    sightings = pt.Sightings.of(simulation.frame_time_s, simulation.sightings(2.0)).first(75)
+    imu, last_s = recording.imus[0], float(sightings.time_s[-1])
+    moved = dataclasses.replace(imu, acc=np.where(imu.time_s[:, None] > last_s + 1.0, 50.0, imu.acc))
+    way = Worn(0.0, 0.0, np.array([0.0, 1.0, 0.0]))
+    (one, *_), (other, *_) = (put_on(dataclasses.replace(recording, imus=(of,)), way, sightings) for of in (imu, moved))
+    assert last_s < one.imus[0].time_s[-1] < last_s + 1.05 < imu.time_s[-1]
+    assert np.array_equal(one.imus[0].acc, other.imus[0].acc)
 
 
 def test_of_a_camera_that_is_turned_nothing_is_called_mirrored(shared: Callable[[str], Path]) -> None:

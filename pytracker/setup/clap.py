@@ -83,7 +83,7 @@ def clock_by_claps(folder: Path | str, numbers: Sequence[int], imu: int = 0) -> 
         raise InputError(log.evidence)
     if log.acc is None or not np.isfinite(log.acc).any():
         raise InputError(f"{file}: has no acceleration, expected one: claps are told by it")
-    log = log.kept(np.isfinite(log.acc).all(axis=1))
+    log = log.kept(np.asarray(np.isfinite(log.acc).all(axis=1)))
     drift = 1e-6 * float(draft.get(f"{table}.drift_ppm") or 0.0)
     log = replace(log, time_s=log.time_s + drift * (log.time_s - log.time_s[0]))
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0

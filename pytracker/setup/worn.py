@@ -55,6 +55,8 @@ HEADINGS = np.radians(np.arange(0.0, 360.0, 5.0))
 AXES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 LEAST_EVIDENCE = -30.0
 """A frame counts no worse."""
+BESIDE_S = 1.0
+"""No sample that is earlier or later than all frames by more tells anything of them."""
 COASTS_S = 0.25
 """So long after the last sample the filter coasts: such frames count as those that have samples."""
 HEADINGS_A_LAG = 2
@@ -112,7 +114,7 @@ def mount_of(axis: Array) -> Array:
 
 def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterator[ArmRecording]:
     """`recording`, its IMU as the file has it, with the IMU worn so; once for every place the wrist may start at."""
-    raw, mount = recording.imus[0], mount_of(worn.axis)
+    raw, mount = _within(recording.imus[0], sightings.time_s - worn.offset_s), mount_of(worn.axis)
     heading = rotation_vector_to_quaternion(np.array([0.0, 0.0, worn.heading_rad]))
     imu = Imu(
         time_s=raw.time_s + worn.offset_s,
@@ -124,6 +126,18 @@ def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterato
     for start in _starts(recording, imu, sightings):
         arm: Arm = dataclasses.replace(recording.arm, wrist_start_m=triple(start))
         yield dataclasses.replace(recording, imus=(imu,), arm=arm)
+
+
+def _within(imu: Imu, frame_s: Array) -> Imu:
+    """The samples that frames at IMU times `(T,)`, s, are tracked by: of an hour's recording few."""
+    first, last = np.searchsorted(imu.time_s, [frame_s[0] - BESIDE_S, frame_s[-1] + BESIDE_S])
+    if last - first < 2:
+        return imu  # the filter says what is wrong
+    some = slice(first, last)
+    gyr = None if imu.gyr is None else imu.gyr[some]
+    return dataclasses.replace(
+        imu, time_s=imu.time_s[some], acc=imu.acc[some], q_world_segment=imu.q_world_segment[some], gyr=gyr
+    )
 
 
 def lags_of(recording: ArmRecording, sightings: Sightings) -> tuple[Lag, ...]:
