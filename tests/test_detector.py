@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 import pytest
+from conftest import IS_ACCEPTANCE
 from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
@@ -180,7 +181,7 @@ def succeeds(command: list[str]) -> None:
 
 @has_mediapipe
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("clip", ["book", "student", "walk", "school"])
+@pytest.mark.parametrize("clip", ["book", "student", "walk", "school"] if IS_ACCEPTANCE else ["student", "walk"])
 def test_from_a_webcam_to_a_track(shared: Callable[[str], Path], tmp_path: Path, clip: str) -> None:
     """Nobody calibrated anything: joints are where the detector sees them, and lengths are a person's."""
     folder = tmp_path / "person"

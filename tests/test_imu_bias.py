@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import IS_ACCEPTANCE
 from test_formats_imu import write
 from test_imu_agreement import waving
 from test_imu_faults import ACC, GYR, NO_QUATERNION, arm, told
@@ -72,7 +73,8 @@ def test_without_orientation_a_part_in_other_units_is_named(tmp_path: Path, arm:
 
 def test_real_sensors_that_move_have_no_bias_by_gravity(shared: Callable[[str], Path]) -> None:
     """About an axis that stays upright nothing is told: 0.17 rad/s of none, were it believed."""
-    for path in shared("data/imu/broad").glob("*.mat"):
+    files = sorted(shared("data/imu/broad").glob("*.mat"))
+    for path in files if IS_ACCEPTANCE else files[:2]:
         log = check(read_imu(path))
         moving = log.kept((log.time_s > 60.0) & (log.time_s < 100.0))
         assert bias_at_rest(moving) is None

@@ -24,7 +24,7 @@ from pytracker.setup import Checkup, check, init
 from pytracker.tracking import BodyTrack
 
 KEPT_BACK = ("21", "24", "31")
-PREPARED = KEPT_BACK if IS_ACCEPTANCE else KEPT_BACK[1:]
+PREPARED = KEPT_BACK if IS_ACCEPTANCE else KEPT_BACK[1:2]
 """Those that are made ready from their files: the worst, and another."""
 WRISTS = ("left_wrist", "right_wrist")
 
