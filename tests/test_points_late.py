@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,7 +36,12 @@ def found(recording: pt.BodyRecording, moved_by: tuple[int, ...]) -> list[tuple[
     """By how many frames the points fit best, and by how much nearer to skin, m, of some lags."""
     keypoints = recording.view.keypoints
     assert keypoints is not None
-    lags = [PointsLate(Keypoints(keypoints.frames, late(keypoints.points, n)), 60.0) for n in moved_by]
+    return told_of(recording, [late(keypoints.points, n) for n in moved_by], keypoints.frames)
+
+
+def told_of(recording: pt.BodyRecording, of: list[Array], frames: Any) -> list[tuple[Counted, float]]:
+    """The same of points `(T, P, 9, 3)` in place of the recording's, each of `frames`, or of so many as it has."""
+    lags = [PointsLate(Keypoints(frames[: len(points)], points), 60.0) for points in of]
     root = recording.skeleton.joints(recording.initial[None])["root"]
     px_per_m = float(recording.view.camera.px_per_m(root)[0])
     for observation in recording.observations(senses_of(without(recording))):
@@ -72,6 +78,28 @@ def test_keypoints_of_every_second_frame_are_told_by_what_they_lie_on(
         ((counted, nearer_m),) = found(recording, (0,))
         assert counted == Counted(every=every)
         assert nearer_m > 0.02
+
+
+def test_rows_that_lack_are_told_by_those_that_come_after(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """As scripts leave them that write who is found: wrists were 24 to 37 cm off, valid, and nothing was said.
+
+    So are frames that the video lacks, of which keypoints have rows. Of seven clips, 5 to 40 rows at a quarter, half
+    and three quarters, 111 of 126 are told; of right ones none, and 2 of 42 other takes are taken for such.
+    """
+    clips = shared("data/people/gestures")
+    table = next(clips.glob("0_1_31_*mediapipe*"))
+    recording = with_keypoints(shared("recordings/people-gesture-31"), table, tmp_path / "31")
+    keypoints = recording.view.keypoints
+    assert keypoints is not None
+    half = len(keypoints.points) // 2
+    less, more = (np.concatenate([keypoints.points[:half], keypoints.points[half + by :]]) for by in (20, -12))
+    told = [
+        one for one, _ in told_of(recording, [less, more[: len(keypoints.frames)], keypoints.points], keypoints.frames)
+    ]
+    assert told[2] == Counted()
+    assert abs(told[0].late + 20) <= 3
+    assert abs(told[1].late - 12) <= 3
+    assert all(abs(one.since - half) < 40 for one in told[:2])
 
 
 @pytest.mark.parametrize(("video", "points", "is_told"), [("21", "20", True), ("22", "24", True), ("22", "22", False)])
@@ -122,7 +150,7 @@ def test_below_sleeves_a_lag_is_told_by_its_share(right_m: float, other_m: float
     lag = PointsLate(Keypoints(np.arange(40), points), 60.0)
     off = np.full((30, len(lag.tried)), other_m)
     off[:, lag.tried.index(Counted(6))] = right_m
-    lag._off_m = list(off)
+    lag._off_m, lag._looked = list(off), list(range(len(off)))
     assert lag.found()[0] == Counted(expected)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from pytracker.doubting.body_sensors import of_sensors
 from pytracker.doubting.camera_place import of_camera_place
 from pytracker.doubting.foreground import of_foreground
-from pytracker.evidence.points.late import NEARER_M
+from pytracker.evidence.points.late import Counted
 from pytracker.evidence.points.subject import points_of_subject
 from pytracker.evidence.pose.facing import LEAST_SEEN, seen_from_behind
 from pytracker.tracking.body import BodyTrack
@@ -103,17 +103,22 @@ def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
             f"{where_of(track.recording)}: the keypoints of the wrists lie beside skin, and on it if the picture is "
             "mirrored: were they found in a mirrored copy of this video, as phones show who films themselves?",
         )
-    if nearer_m < NEARER_M:
+    if counted == Counted():
         told = _of_another_take(track), _of_points_beside_skin(track)
         return (told[0] or told[1]) if track.points_beside_skin < MANY_BESIDE * len(track.time_s) else told[1]
     if counted.every > 1:
         otherwise = f"they are taken to be of one frame in {counted.every}: are they? A column frame says which"
     else:
         side = "before" if counted.late > 0 else "after"
-        otherwise = (
-            f"those of a frame are taken to be of {abs(counted.late)} frames {side} it: is the video cut or counted "
-            "otherwise than the one that they were found in?"
+        why = (
+            "is the video cut or counted otherwise than the one that they were found in?"
+            if not counted.since
+            else "do rows lack there, of frames in which nobody was found (a column frame says which there are)?"
+            if counted.late < 0
+            else "does the video lack frames there?"
         )
+        since = f"from about frame {counted.since} on " if counted.since else ""
+        otherwise = f"{since}those of a frame are taken to be of {abs(counted.late)} frames {side} it: {why}"
     return (
         f"{where_of(track.recording)}: the keypoints of the wrists lie nearer to skin, by {100 * nearer_m:.1f} cm on "
         f"average, if {otherwise}",

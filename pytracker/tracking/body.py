@@ -14,7 +14,7 @@ from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Trac
 from pytracker.evidence.picture.frozen import HUNG, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.points.followed import followed
-from pytracker.evidence.points.late import LATE, MIRRORED, NEARER_M, Counted, points_late_of
+from pytracker.evidence.points.late import LATE, MIRRORED, Counted, points_late_of
 from pytracker.evidence.pose.borne_out import head_off
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.evidence.pose.points_borne_out import median_off_m
@@ -77,8 +77,8 @@ class BodyTrack(Track):
         points: keypoints of who is tracked: u, v and standard deviation, px `(T, 9, 3)`; NaN where there are none.
         points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
-        points_late: how keypoints fit the pictures best if they are counted otherwise, and by how much
-            nearer to skin wrists then lie than as they are counted, m; 0 and 0 where nothing better was found.
+        points_late: how keypoints are counted otherwise, and by how much nearer to skin wrists then lie than as they
+            are counted, m; as they are counted and 0 where nothing else is told.
         points_mirrored: whether keypoints lie on skin if the picture they were found in is taken to be mirrored.
         points_off_skin_m: how far from skin they lie as they are counted, on average, and its standard deviation, m;
             NaN where that is not told.
@@ -264,7 +264,7 @@ def _of_all_points(watched: _Watched) -> str:
     """Why none of a recording's keypoints are to be believed; empty where they are."""
     if watched.are_mirrored:
         return MIRRORED
-    return LATE if watched.late is not None and watched.late.found()[1] >= NEARER_M else ""
+    return LATE if watched.late is not None and watched.late.found()[0] != Counted() else ""
 
 
 def _assemble(

@@ -1,14 +1,14 @@
 """Whether a detector's keypoints are of the frames they are given for: wrists lie on skin, sooner, later, mirrored not.
 
 Keypoints of a clip that was cut, converted or counted otherwise than the video are some frames early or late, or of
-every second frame. What moves then lies beside its points, by more the farther off the count is; where nothing moves,
-nothing is told. Those of a mirrored picture look, exchanged, like the person's, whose arms then do what the other one
-does.
+every second frame; where rows are missing, or frames of the video are, all that come after. What moves then lies beside
+its points, by more the farther off the count is; where nothing moves, nothing is told. Those of a mirrored picture
+look, exchanged, like the person's, whose arms then do what the other one does.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from pytracker.recording.body_view import rate_of
 from pytracker.recording.recording import BodyView
 from pytracker.rotation import Array
 
-__all__ = ["LATE", "MIRRORED", "NEARER_M", "Counted", "PointsLate", "points_late_of"]
+__all__ = ["LATE", "MIRRORED", "Counted", "PointsLate", "points_late_of"]
 
 FARTHER_S = (0.8, 1.0, 1.3, 1.6, 2.0, 2.5, 3.0)
 LATE_S = np.array([*(-s for s in reversed(FARTHER_S)), *np.arange(-12, 13) * 0.05, *FARTHER_S])
@@ -36,6 +36,11 @@ as counted, below long sleeves. Points of another video are neither."""
 NEARER_M = 0.002
 """Keypoints at other frames may lie so much nearer to skin; of right ones none are by 0.1 mm, a tenth of a second gives
 3 to 13."""
+PART_M, SPLIT = 0.001, 1.2
+"""From some frame on they may lie so much nearer on average over all; right ones by 0.07 mm at most, those that lack a
+third of a second somewhere mostly by 3 to 30. That explains more than one count of all, by so much, or it is one."""
+LEAST_PART = 0.15
+"""Of so many of the frames it is told at the least."""
 LATE = "the keypoints are of other frames"
 MIRRORED = "the keypoints are of a mirrored picture"
 MIRRORED_M = 0.005
@@ -54,10 +59,12 @@ class Counted:
     Attributes:
         late: by how many frames they come late; less than 0: early.
         every: they are of one frame in so many.
+        since: from about this frame on; those before are counted rightly.
     """
 
     late: int = 0
     every: int = 1
+    since: int = 0
 
 
 class PointsLate:
@@ -77,6 +84,7 @@ class PointsLate:
         self._as_counted = self.tried.index(Counted())
         self._frames = keypoints.frames
         self._wrists = place_in_smaller(keypoints.points[:, :, _WRISTS, :2], shrunk)
+        self._looked: list[int] = []
         self._off_m: list[Array] = []
         self._mirrored_m: list[Array] = []
 
@@ -89,6 +97,7 @@ class PointsLate:
         at = first + (index - first) // self._every + self._late
         rows = np.clip(np.searchsorted(self._frames, at), 0, len(self._frames) - 1)
         wrists = np.where((self._frames[rows] == at)[:, None, None, None], self._wrists[rows], np.nan)
+        self._looked.append(index)
         self._off_m.append(_off_skin(distance_px, wrists, px_per_m))
         counted = wrists[[self._as_counted]]
         mirrored = np.stack([distance_px.shape[1] - 1.0 - counted[..., 0], counted[..., 1]], axis=-1)
@@ -105,7 +114,7 @@ class PointsLate:
         told = np.isfinite(off) & np.isfinite(mirrored)
         if told.sum() <= LEAST_SHARE * max(1, len(off)):
             return False
-        _, later_m = self.found()
+        _, later_m = self._as_a_whole()
         nearer_m = float(off[told].mean() - mirrored[told].mean())
         return bool(mirrored[told].mean() < NEAR_M and nearer_m > max(MIRRORED_M, later_m))
 
@@ -121,7 +130,40 @@ class PointsLate:
         return float(told.mean()), float(told.std())
 
     def found(self) -> tuple[Counted, float]:
-        """How they fit best if they are counted otherwise, and by how much better than as they are counted, m."""
+        """How they are counted otherwise, where that is told, and by how much nearer to skin they are then, m."""
+        whole, nearer_m = self._as_a_whole()
+        part, nearer_in_part_m, on_average_m = self._from_some_frame_on()
+        if on_average_m >= max(PART_M, SPLIT * nearer_m):
+            return part, nearer_in_part_m
+        return (whole, nearer_m) if nearer_m >= NEARER_M else (Counted(), 0.0)
+
+    def _from_some_frame_on(self) -> tuple[Counted, float, float]:
+        """The same if those before some frame are counted rightly, and how much nearer that is over all frames."""
+        off = self._off()
+        if not len(off):
+            return Counted(), 0.0, 0.0
+        as_counted = off[:, [self._as_counted]]
+        told = np.isfinite(as_counted - off)
+        gains, count, are_off, were_off = (
+            np.cumsum(np.where(told, values, 0.0)[::-1], axis=0)[::-1]
+            for values in (as_counted - off, told, off, as_counted)
+        )
+        left = np.arange(len(off), 0, -1)[:, None]
+        # Those of another take are not right before, either.
+        seen = np.isfinite(as_counted)
+        before_m = _sum_before(np.where(seen, as_counted, 0.0)) / np.maximum(1, _sum_before(seen))
+        is_near = (are_off <= np.maximum(NEAR_M * count, NEARER * were_off)) & (before_m <= NEAR_M)
+        asked = (count > LEAST_SHARE * left) & (left >= LEAST_PART * len(off)) & (self._every == 1)
+        gains = np.where(is_near & asked, gains, 0.0)
+        row, way = np.unravel_index(int(np.argmax(gains)), gains.shape)
+        gained = float(gains[row, way])
+        if gained <= 0.0:
+            return Counted(), 0.0, 0.0
+        part = replace(self.tried[way], since=self._looked[row])
+        return part, gained / float(count[row, way]), gained / len(off)
+
+    def _as_a_whole(self) -> tuple[Counted, float]:
+        """How all of them fit best, and by how much better than as they are counted, m."""
         off = self._off()
         as_counted = off[:, [self._as_counted]]
         better = as_counted - off
@@ -137,6 +179,11 @@ class PointsLate:
     def _off(self) -> Array:
         """From skin by every way that was tried, of every frame so far `(T, L)`, m."""
         return np.array(self._off_m).reshape(-1, len(self.tried))
+
+
+def _sum_before(values: Array | NDArray[np.bool_]) -> Array:
+    """Of the rows before each `(T, 1)`."""
+    return np.asarray(np.cumsum(values, axis=0) - values.astype(float))
 
 
 def _off_skin(distance_px: NDArray[np.float32], wrists: Array, px_per_m: float) -> Array:

@@ -75,7 +75,11 @@ def uncovered(path: Path, keypoints: Keypoints, info: VideoInfo) -> tuple[str, .
         return _missing_within(path, there, info)
     every = round(info.frame_count / rows)
     skips = every > 1 and last - first + 1 == rows and abs(info.frame_count - every * rows) <= every
-    why = f"of one frame in {every} (a column frame says which)" if skips else "another clip's, or cut short"
+    why = (
+        f"of one frame in {every} (a column frame says which)"
+        if skips
+        else "another clip's, cut short, or without rows where nobody was found"
+    )
     return (
         f"{path}: the keypoints are of frames {first} to {last}, and the video has {info.frame_count}; the others are "
         f"tracked without: {why}?",
