@@ -18,8 +18,10 @@ from pytracker.formats.video_write import VideoWriter
 RATE_HZ = 30.0
 
 
-def hung(at_px: np.ndarray, *, noise: float = 3.0, stays: tuple[int, int] = (0, 0)) -> list[int]:
-    """Frames that are said to hang, of a hand at `at_px` `(T,)`, of which some show the first of them."""
+def hung(
+    at_px: np.ndarray, *, noise: float = 3.0, stays: tuple[int, int] = (0, 0), dark: tuple[int, int] = (0, 0)
+) -> list[int]:
+    """Frames that are said to hang, of a hand at `at_px` `(T,)`, of which some show the first of them, or are dark."""
     rng = np.random.default_rng(1)
     frozen, shown = Frozen(), np.zeros(0, np.uint8)
     for k, x in enumerate(at_px):
@@ -27,6 +29,8 @@ def hung(at_px: np.ndarray, *, noise: float = 3.0, stays: tuple[int, int] = (0, 
             image = np.full((96, 128, 3), 90.0)
             image[40:60, round(x) : round(x) + 32] = 190.0
             shown = np.clip(image + noise * rng.standard_normal(image.shape), 0, 255).astype(np.uint8)
+        if dark[0] <= k < dark[1]:
+            shown = (0.45 * shown).astype(np.uint8)
         # As a coder leaves it, which sends a whole picture now and then.
         coded = shown.astype(int) + (k % 15 == 0) * (rng.random(shown.shape) < 0.2)
         frozen.look(k / RATE_HZ, np.clip(coded, 0, 255).astype(np.uint8))
@@ -45,6 +49,14 @@ def test_who_holds_still_and_goes_on_is_not(noise: float) -> None:
     """Without a camera's noise as with it: it begins little by little."""
     slows = np.concatenate([GOES[:31], np.full(60, GOES[30]), GOES[30:]])
     assert hung(slows, noise=noise) == []
+
+
+def test_a_light_that_is_switched_on_is_no_leap() -> None:
+    """Of who stood still in the dark 39 and 48 right frames were not valid."""
+    still = np.concatenate([np.full(60, GOES[0]), GOES])
+    assert hung(still, dark=(0, 60)) == []
+    assert hung(still, dark=(60, 180)) == []
+    assert hung(GOES, stays=(55, 80), dark=(0, 20)) == list(range(56, 80))
 
 
 def test_a_moment_does_no_harm() -> None:

@@ -27,10 +27,20 @@ sixth of its frames, none that holds still ends in 12; of seven that were made t
 ways, 186 of 189 are found by that."""
 CODED_ANEW = 2
 """A picture that is coded by itself changes a little, and so may the one after it: so many frames are no end."""
+LIGHT, EVERYWHERE, ONE_WAY = 2.0, 0.5, 0.8
+"""Where so much of the picture changes by so many grey levels, and nearly all one way, it is the light that did."""
 LEAST_S, LEAST_FRAMES = 0.3, 5
 """A shorter one does no harm."""
 SURE_S = 1.0
 """So long no camera and no coder gives the very same, of a person."""
+
+
+def _changed(by: NDArray[np.float32]) -> float:
+    """Mean square of how much a picture changed, grey levels squared; NaN where the light did."""
+    changed = float(np.mean(np.square(by)))
+    one_way = abs(float(np.mean(by))) > ONE_WAY * float(np.mean(np.abs(by)))
+    everywhere = float(np.mean(np.abs(by) > LIGHT)) > EVERYWHERE
+    return np.nan if one_way and everywhere else changed
 
 
 class Frozen:
@@ -46,7 +56,7 @@ class Frozen:
         scale = min(1.0, LONGER_PX / max(image.shape[:2]))
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.float32)
         small = np.asarray(cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.float32)
-        changed = np.nan if self._before is None else np.mean(np.square(small - self._before))
+        changed = np.nan if self._before is None else _changed(small - self._before)
         self._before = small
         self._time_s.append(time_s)
         self._changes.append(float(changed))
