@@ -112,6 +112,20 @@ def test_evidence_is_the_same_in_another_light() -> None:
     assert right.skin_region is not None
 
 
+def test_in_light_that_is_bright_and_warm_a_person_stands_out_as_much() -> None:
+    """Pictures were made darker, and clothes that are like the wall were lost: trunk and arms, half of them."""
+    grey, warm = (110, 118, 118), (0.75, 1.0, 1.15)
+    image, behind = picture(1.35 * TYPICAL_BGR, grey), wall(grey)
+    image[70:110, 40:80] = (140, 148, 148)
+    right = Silhouette(behind, PX_PER_M)(image)
+    gains = gains_of_face(cast(image, warm), cast(behind, warm), HEAD, PX_PER_M)
+    assert max(gains) <= 1.01
+    lit = Silhouette(cast(behind, warm), PX_PER_M, SilhouetteParameters(gains=gains))(cast(image, warm))
+    assert right.foreground[80:100, 50:70].all()
+    assert lit.foreground[80:100, 50:70].all()
+    assert (lit.skin != right.skin).mean() < 0.005
+
+
 def test_simulated_people_stand_in_usual_light(tmp_path: Path) -> None:
     """Gains that took hair or a bright face for a light's doing changed one of ten."""
     for seed in range(1, 11):

@@ -81,9 +81,9 @@ def _region(mask: Image, near: Near) -> Region | None:
     return distance, found[picked] + np.array([near[1].start, near[0].start], dtype=np.float64)
 
 
-def _gained(gains: tuple[float, float, float]) -> Image | None:
-    """What becomes of every value of blue, green and red, `(1, 256, 3)`; None where it stays."""
-    if gains == (1.0, 1.0, 1.0):
+def _gained(gains: Array) -> Image | None:
+    """What becomes of every value of blue, green and red `(1, 256, 3)`, by gains `(3,)`; None where it stays."""
+    if (gains == 1.0).all():
         return None
     return as_image(np.clip(np.rint(np.arange(256.0)[:, None] * gains), 0, 255))[None]
 
@@ -119,7 +119,10 @@ class Silhouette:
             raise InputError(f"px_per_m is {px_per_m}, expected a positive number")
         self.parameters = parameters or SilhouetteParameters()
         self.background = background
-        self._in_white_light = _gained(self.parameters.gains)
+        gains = np.array(self.parameters.gains)
+        # What is too bright for skin's thresholds is not made darker for those of the background, which count levels.
+        self._too_bright = min(1.0, float(np.exp(np.log(gains).mean())))
+        self._in_white_light = _gained(gains / self._too_bright)
         lit = self._lit(background)
         self.px2_per_m2 = px_per_m * px_per_m
         self._background = lit
@@ -144,7 +147,7 @@ class Silhouette:
         near = self._near(as_image(cv2.bitwise_or(foreground, person)))
         edges, skin, region = (np.zeros_like(mask) for _ in range(3))
         edges[near] = self._edges(y[near], foreground[near])
-        coloured = self._skin.coloured(y[near], cr[near], cb[near])
+        coloured = self._skin.coloured(*self._as_skin(y[near], cr[near], cb[near]))
         skin[near] = self._skin.on(foreground[near], coloured)
         region[near] = self._skin.on(person[near], coloured)
         blobs = self._skin.blobs(skin[near], (near[1].start, near[0].start))
@@ -160,6 +163,17 @@ class Silhouette:
     def _lit(self, image: Image) -> Image:
         """As it is in white light, and light enough."""
         return image if self._in_white_light is None else as_image(cv2.LUT(image, self._in_white_light))
+
+    def _as_skin(self, y: Image, cr: Image, cb: Image) -> tuple[Image, Image, Image]:
+        """Luma and chroma of the picture, so bright that faces are as they usually are."""
+        if self._too_bright == 1.0:
+            return y, cr, cb
+        scale, grey = self._too_bright, 128.0 * (1.0 - self._too_bright)
+        return (
+            as_image(cv2.convertScaleAbs(y, alpha=scale)),
+            as_image(cv2.convertScaleAbs(cr, alpha=scale, beta=grey)),
+            as_image(cv2.convertScaleAbs(cb, alpha=scale, beta=grey)),
+        )
 
     def _differs(self, image: Image, y: Image, cr: Image, cb: Image) -> Image:
         """From the background, and is no shadow on it."""
