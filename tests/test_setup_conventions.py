@@ -80,6 +80,19 @@ def test_an_accelerometer_with_a_mirrored_axis_is_no_gyroscope_in_degrees(axis: 
     assert f"if the accelerometer's {'xyz'[axis]} has the other sign" in found.evidence["gyr_unit"]
 
 
+def test_a_gyroscope_in_other_axes_is_none_in_degrees(tmp_path: Path) -> None:
+    """It hardly turned in degrees, and gravity was the steadier: written in four of five."""
+    for seed, pattern in ((101, "gesture"), (102, "reach")):
+        imu = ArmSimulation(pt.ArmScene(worn=True, pattern=pattern, duration_s=20.0), seed).imu
+        assert imu.gyr is not None
+        rows = np.column_stack([imu.time_s, imu.acc, imu.gyr[:, [1, 0, 2]]])
+        path = tmp_path / "imu.csv"
+        np.savetxt(path, rows, "%.7f", ",", header=COLUMNS.split(",q_w", maxsplit=1)[0], comments="")
+        found = find_conventions(read_imu(path))
+        assert found.unknown == ("gyr_unit",)
+        assert found.conventions == Conventions()
+
+
 def test_a_sensor_that_does_not_turn_tells_no_quaternion(tmp_path: Path) -> None:
     rows = np.zeros((500, 11))
     rows[:, 0] = np.arange(500) / 50

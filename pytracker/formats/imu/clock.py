@@ -23,6 +23,13 @@ PAUSES = 50
 """Of so many steps one may be a pause."""
 LONG_UNITS_S = ((5.8e-7, 86400.0), (1.4e-5, 3600.0))
 """Samples that are less than so far apart on average, too, are counted in days, of 20 Hz at least, or in hours."""
+HOUR_S = 3600.0
+SET_BY = {
+    12 * HOUR_S: "for one of 12 hours without AM and PM",
+    HOUR_S: "to have been set back by an hour",
+    -HOUR_S: "to have been set forward by an hour",
+}
+"""What a clock is behind by, s, from some sample on, and why."""
 DATES = (2e4, 7e4)
 """Days since 1900, of 1954 to 2091: a spreadsheet's dates."""
 CALLED = {
@@ -35,6 +42,8 @@ SLOW_HZ = 21.0
 """An IMU that is slower by this unit may count in tenths of it: .NET's ticks are of 100 ns."""
 TICKS_SINCE = ((6.2e17, 6.6e17), (1.3e17, 1.4e17))
 """Ticks of 100 ns since the year 1, and since 1601, in this century; nanoseconds since 1970 are 1.4e18 and more."""
+MOSTLY = 0.9
+"""A clock that goes on by one from row to row, so often, may count samples."""
 RATE_TOLERANCE = 0.05
 """A unit gives a stated rate to this share."""
 
@@ -51,8 +60,12 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
         return np.arange(len(table.lines)) / rate_hz, ()
     clock, wrapped = _unwrapped(table, column_of_times[:, 0])
     if column is None or column.has_unit:
-        return clock * (1.0 if column is None else column.factor), wrapped
+        clock, changed = _as_it_went(table, clock * (1.0 if column is None else column.factor))
+        return clock, (*wrapped, *changed)
+    counts = bool((np.diff(clock) == 1.0).mean() > MOSTLY) if len(clock) > 1 else False
     usual, unit_s = unit_of(clock, rate_hz)
+    if counts and rate_hz is not None and abs(usual * unit_s * rate_hz - 1.0) > RATE_TOLERANCE:
+        return clock / rate_hz, (*wrapped, f"{table.path}: its clock counts samples: taken at {rate_hz:g} Hz")
     is_told = rate_hz is not None and abs(usual * unit_s * rate_hz - 1.0) < RATE_TOLERANCE
     if unit_s == 1.0 or is_told:
         return clock * unit_s, wrapped
@@ -61,6 +74,8 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
         f"{table.path}: its clock does not say its unit: taken as {CALLED[unit_s]}, of {hz:.4g} Hz; "
         "time_ms, time_us or time_ns would say it, or rate_hz"
     )
+    if counts:
+        words += ". Or does it count samples? rate_hz would say how fast"
     if hz < SLOW_HZ and unit_s in TENTHS:
         words += f". Or is it in {CALLED[TENTHS[unit_s]]}, of {10 * hz:.4g} Hz? rate_hz would say it"
     return clock * unit_s, (*wrapped, words)
@@ -80,6 +95,19 @@ def _unwrapped(table: Table, clock: NDArray[np.float64]) -> tuple[NDArray[np.flo
                 f"{table.path}:{table.lines[k + 1]}: its clock goes from {clock[k]:g} to {clock[k + 1]:g}: "
                 f"taken to have begun again after {turn:.10g}"
             )
+    return out, tuple(said)
+
+
+def _as_it_went(table: Table, clock: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """The same, s, going on where a clock of 12 hours began again, or was set by an hour; and a word on that."""
+    steps = np.diff(clock)
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    out, said = clock.copy(), []
+    for k in np.flatnonzero(np.abs(steps) > HOUR_S - SLACK * usual):
+        for by, words in SET_BY.items():
+            if usual > 0 and 0 < steps[k] + by <= SLACK * usual:
+                out[k + 1 :] += by
+                said.append(f"{table.path}:{table.lines[k + 1]}: its clock goes by {steps[k]:.6g} s: taken {words}")
     return out, tuple(said)
 
 
