@@ -15,9 +15,10 @@ from pytracker.inertial.gravity import GRAVITY
 from pytracker.inertial.log import ImuLog
 from pytracker.rotation import conjugate, multiply
 
-__all__ = ["AccUnit", "Conventions", "Direction", "Earth", "GyrUnit", "Order", "in_our_terms"]
+__all__ = ["OVER", "AccReads", "AccUnit", "Conventions", "Direction", "Earth", "GyrUnit", "Order", "in_our_terms"]
 
 AccUnit = Literal["m/s2", "g"]
+AccReads = Literal["force", "gravity"]
 GyrUnit = Literal["rad/s", "deg/s"]
 Order = Literal["wxyz", "xyzw"]
 Direction = Literal["sensor to world", "world to sensor"]
@@ -33,6 +34,7 @@ class Conventions:
 
     Attributes:
         acc_unit: of the specific force.
+        acc_reads: the specific force, up at rest, or gravity, down, as an iPhone's accelerometer does.
         gyr_unit: of the turn rate.
         quaternion: the order of its four numbers in the columns that are named w, x, y, z.
         quaternion_takes: vectors from where to where.
@@ -40,6 +42,7 @@ class Conventions:
     """
 
     acc_unit: AccUnit = "m/s2"
+    acc_reads: AccReads = "force"
     gyr_unit: GyrUnit = "rad/s"
     quaternion: Order = "wxyz"
     quaternion_takes: Direction = "sensor to world"
@@ -51,6 +54,8 @@ def in_our_terms(log: ImuLog, conventions: Conventions) -> ImuLog:
     acc, gyr, q = log.acc, log.gyr, log.q_world_sensor
     if acc is not None and conventions.acc_unit == "g":
         acc = acc * GRAVITY
+    if acc is not None and conventions.acc_reads == "gravity":
+        acc = -acc
     if gyr is not None and conventions.gyr_unit == "deg/s":
         gyr = np.radians(gyr)
     if q is not None:

@@ -147,6 +147,10 @@ def check_up(log: ImuLog, hint: str) -> list[str]:
         inverse = rotate(conjugate(log.q_world_sensor), log.acc).mean(axis=0)
         if np.linalg.norm(inverse - UP) <= 0.35 * GRAVITY:
             hint += "; the inverse fits, so these seem to take the world to the sensor"
+        elif np.linalg.norm(mean + UP) <= 0.35 * GRAVITY:
+            hint += (
+                '; here it is down: is earth "z down" (north, east, down), or acc_reads "gravity", as an iPhone has it?'
+            )
         raise InputError(words + hint)
     rest = at_rest(log)
     if len(rest) * REST_S >= ENOUGH_REST_S:

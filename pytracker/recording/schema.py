@@ -11,7 +11,7 @@ from pydantic import Field
 from pytracker._core import InputError
 from pytracker.formats.imu.read import ImuFormat
 from pytracker.formats.toml_file import Entry, FileName, Finite, Length, Positive, Whole, read_toml, validated
-from pytracker.inertial.conventions import AccUnit, Conventions, Direction, Earth, GyrUnit, Order
+from pytracker.inertial.conventions import AccReads, AccUnit, Conventions, Direction, Earth, GyrUnit, Order
 
 __all__ = [
     "FILES",
@@ -85,6 +85,7 @@ class ImuEntry(Entry):
     mount: tuple[Finite, Finite, Finite, Finite] = (1.0, 0.0, 0.0, 0.0)
     mount_sd_deg: Annotated[float, Field(strict=True, gt=0, le=57)] | None = None
     acc_unit: AccUnit = "m/s2"
+    acc_reads: AccReads = "force"
     gyr_unit: GyrUnit = "rad/s"
     quaternion: Order = "wxyz"
     quaternion_takes: Direction = "sensor to world"
@@ -95,6 +96,7 @@ class ImuEntry(Entry):
         """What the file's numbers stand for."""
         return Conventions(
             acc_unit=self.acc_unit,
+            acc_reads=self.acc_reads,
             gyr_unit=self.gyr_unit,
             quaternion=self.quaternion,
             quaternion_takes=self.quaternion_takes,

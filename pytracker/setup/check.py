@@ -29,6 +29,7 @@ from pytracker.recording.schema import SCHEMA
 from pytracker.rotation import Array, rotate, triple
 from pytracker.setup.checks.body import check_body
 from pytracker.setup.checks.camera import camera_of, check_patch, check_pose, check_up, check_video, follow
+from pytracker.setup.checks.down import seems_down, which_is_down
 from pytracker.setup.checks.findings import Finding, Verdict
 from pytracker.setup.checks.imu import check_imu, check_others
 from pytracker.setup.checks.worn import check_clock, check_worn, given_axis
@@ -142,11 +143,12 @@ def _arm(draft: Draft) -> Examined:
         sightings = moving
     if wrong:
         return [*found, Finding("video and IMU", "wrong", wrong)], None, box
-    if lacks or check_pose(draft).verdict != "right":
+    found, told = _turned_up(draft, found, log, sightings)
+    if told is None:
         found.append(check_clock(lags, offset_s))
         best_s = lags[0].offset_s if lags else None
     else:
-        worn_findings, worn = _worn(draft, log, sightings)
+        worn_findings, worn = _worn(draft, told, sightings)
         found += [*worn_findings, *_as_first(draft, worn_findings)]
         best_s = None if worn is None else worn.offset_s
     if best_s is None:
@@ -192,7 +194,23 @@ def _without_standing(sightings: Sightings, log: ImuLog, offset_s: float) -> tup
     return [Finding("patch, where it rests", "doubtful", said)], Sightings.of(sightings.time_s, rest.pixel)
 
 
-def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding], Worn | None]:
+def _turned_up(
+    draft: Draft, findings: list[Finding], log: ImuLog, sightings: Sightings
+) -> tuple[list[Finding], ImuLog | None]:
+    """The same findings, and the log if it is told which way is up, by the camera where z seems to be down.
+
+    No log where camera or arm are not known yet.
+    """
+    if draft.lacks(*ARM) or check_pose(draft).verdict != "right":
+        return findings, None
+    if not seems_down(draft, findings):
+        return findings, log
+    earth, told = which_is_down(draft, log, lambda of: _recording(draft, of), sightings)
+    return [earth if earth and finding.what == earth.what else finding for finding in findings], told
+
+
+def _recording(draft: Draft, log: ImuLog) -> ArmRecording:
+    """Of what is given, the sensor as its file has it."""
     assert log.acc is not None
     assert log.q_world_sensor is not None
     shoulder, upper_arm, forearm = (draft.get(place) for place in ARM)
@@ -203,7 +221,11 @@ def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding
         wrist_start_m=(0.0, 0.0, 0.0),
     )
     imu = Imu(time_s=log.time_s, acc=log.acc, q_world_segment=log.q_world_sensor, gyr=log.gyr)
-    recording = ArmRecording(views=(View(camera=camera_of(draft)),), imus=(imu,), arm=arm)
+    return ArmRecording(views=(View(camera=camera_of(draft)),), imus=(imu,), arm=arm)
+
+
+def _worn(draft: Draft, log: ImuLog, sightings: Sightings) -> tuple[list[Finding], Worn | None]:
+    recording = _recording(draft, log)
     has = tuple(draft.get(place) is not None for place in ("imu.offset_s", "imu.heading_deg", "imu.mount"))
     try:
         axis = given_axis(draft.get("imu.mount"))

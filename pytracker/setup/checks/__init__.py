@@ -1,1 +1,4 @@
-"""The parts of a check: of a `camera`, an `imu`, how it is `worn`, a `body`; each gives `findings`, a line each."""
+"""The parts of a check: of a `camera`, an `imu`, which way is `down`, how it is `worn`, a `body`.
+
+Each gives `findings`, a line each.
+"""

@@ -41,8 +41,10 @@ def check_imu(draft: Draft, imu: str = "imu") -> tuple[list[Finding], ImuLog | N
     log = read_log(draft, imu, file)
     if isinstance(log, Finding):
         return [log], None
-    found = find_conventions(log)
     given = _given(draft, imu)
+    if log.acc is not None and given.acc_reads == "gravity":
+        log = dataclasses.replace(log, acc=-log.acc)
+    found = find_conventions(log)
     findings = [_times(log)]
     findings += [
         _convention(log, f"{imu}.{name}", given, found.conventions, name in found.unknown, found.evidence.get(name, ""))
@@ -90,7 +92,7 @@ def read_log(draft: Draft, imu: str, file: Path) -> ImuLog | Finding:
 
 def _given(draft: Draft, imu: str) -> Conventions:
     """As the file says; the usual where it says nothing."""
-    said = {name: value for name in WORDS if (value := draft.get(f"{imu}.{name}")) is not None}
+    said = {name: value for name in (*WORDS, "acc_reads") if (value := draft.get(f"{imu}.{name}")) is not None}
     return ImuEntry.model_validate({"file": "-", **said}).conventions
 
 

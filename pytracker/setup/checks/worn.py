@@ -131,7 +131,7 @@ def _mirrored(
         f"mirrored, left and right exchanged, it agrees with the IMU (log evidence {evidence:.0f}), as it is "
         f"{best.log_evidence:.0f} at best: is it a selfie camera's, does the camera's pose have a sign wrong, or "
         "do, where the file has no orientation of its own, its accelerations, as an iPhone's do (lying face up it "
-        'reads -1 g along z; columns = { acc_x = "-acc_x", ... } turns them)? Neither heading nor mount is written'
+        'reads -1 g along z: imu.acc_reads = "gravity")? Neither heading nor mount is written'
     )
     return Finding("picture", "wrong", words)
 
