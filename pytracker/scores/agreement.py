@@ -87,7 +87,8 @@ def disagreement(track: Scored, truth: Truth | None) -> tuple[str, ...]:
     found = [other for other in _others(means, truth, track.time_s[::every]) if other.is_told]
     if not found:
         return ()
-    best = min(found, key=lambda other: other.off_m + other.handicap_m)
+    # Sides that are told by where joints are are exchanged, whatever lag makes them move alike.
+    best = min(found, key=lambda other: (other.words != EXCHANGED, other.off_m + other.handicap_m))
     return (
         f"the truth would be {100 * best.off_m:.0f} cm off the track, not {100 * best.before_m:.0f}, if {best.words}: "
         "errors may be those of the truth's description",
@@ -191,9 +192,10 @@ def _others(means: Mapping[str, Array], truth: Truth, time_s: Array) -> Iterator
         slower = _at(replace(truth, time_s=first_s + factor * (truth.time_s - first_s)), lively, time_s)
         words = f"its times were {factor:g} times as far apart (check its rate, truth.rate_hz)"
         yield _other(track, as_is, slower, words)
-    if all(_other_side(name) in truth.joints_m for name in lively):
-        exchanged = _at(truth, [_other_side(name) for name in lively], time_s)
-        yield _other(track, as_is, exchanged, EXCHANGED)
+    for names in (list(lively), [name for name in means if _other_side(name) != name]):
+        if names and all(_other_side(name) in truth.joints_m for name in names):
+            ours = np.stack([means[name] for name in names])
+            yield _exchanged(ours, *(_at(truth, of, time_s) for of in (names, [_other_side(name) for name in names])))
     is_sided = any(name.startswith(tuple(SIDES)) for name in means)
     yield from _moved(np.stack(list(means.values())), _at(truth, means, time_s), is_sided=is_sided)
 
@@ -242,6 +244,15 @@ def _other(track: Array, as_is: Array, other: Array, words: str) -> _Other:
         return _Other(np.inf, 0.0, False, words)
     off, before = (_moves(track - at, both) for at in (other, as_is))
     return _Other(off, before, off < BETTER * before, f"{words}, each joint's mean error aside")
+
+
+def _exchanged(track: Array, as_is: Array, exchanged: Array) -> _Other:
+    """Of left and right: sides are told by where they are, and not by how they move, which may be alike."""
+    known = np.isfinite(track + as_is + exchanged).all(axis=-1)
+    if not known.any():
+        return _Other(np.inf, 0.0, False, EXCHANGED)
+    off, before = (float(np.sqrt(np.square(track - at)[known].sum(axis=-1).mean())) for at in (exchanged, as_is))
+    return _Other(off, before, off < BETTER * before, EXCHANGED)
 
 
 def _moves(places: Array, known: NDArray[np.bool_]) -> float:
