@@ -21,6 +21,8 @@ NOBODY = 0.1
 """Where less of the first pose is, nobody is there."""
 POINTS_ON_M = 0.05
 """Keypoints that are nearer to the first pose bear it out; right ones are by 3 cm at most."""
+ON_SKIN_M = 0.015
+"""Keypoints of wrists that are no farther from skin, on average, are of this video; right ones are within 4 mm."""
 FLOODED = 0.25
 """Where the picture differs everywhere in so many of the frames, or in the first, nothing else is told by it."""
 
@@ -58,10 +60,11 @@ def _of_shares(track: BodyTrack) -> tuple[str, ...]:
     if not (track.points_off_m < POINTS_ON_M and (is_first_off or all_frames < LEAST_ON_PERSON)):
         return ()
     share, least = (first, FIRST_ON_PERSON) if is_first_off else (all_frames, LEAST_ON_PERSON)
+    others = "" if track.points_off_skin_m[0] < ON_SKIN_M else "are these of another clip or size than the video, "
     return (
         f"{where_of(track.recording)}: {share:.0%} of trunk and arms lie on the foreground, expected {least:.0%} at "
-        "least, though the arms are where their keypoints are: are these of another clip or size than the video, does "
-        "the background hold a part of the person (camera.background names one without), or is the person too like it?",
+        f"least, though the arms are where their keypoints are: {others}does the background hold a part of the person "
+        "(camera.background names one without), or is the person too like it, or in too dim a light?",
     )
 
 
