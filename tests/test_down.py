@@ -23,7 +23,7 @@ from pytracker.simulate import ArmSimulation
 @pytest.mark.parametrize("reads_gravity", [True, False])
 def test_a_gesture_tells_which(reads_gravity: bool, tmp_path: Path) -> None:
     """By "z down", a clock and a mount 75° off, an arm was 18 to 42 cm off, all of it valid, and nothing said."""
-    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern="gesture", duration_s=9.0), 101)
+    simulation = ArmSimulation(pt.ArmScene(worn=True, pattern="gesture", duration_s=7.0), 101)
     recording = simulation.recording()
     imu = recording.imus[0]
     # As the file is read by "z down".
