@@ -57,6 +57,9 @@ def test_a_light_that_is_switched_on_is_no_leap() -> None:
     assert hung(still, dark=(0, 60)) == []
     assert hung(still, dark=(60, 180)) == []
     assert hung(GOES, stays=(55, 80), dark=(0, 20)) == list(range(56, 80))
+    # What hung ends in another light, too: cameras go on setting theirs.
+    brighter = hung(GOES, noise=0.0, stays=(55, 80), dark=(80, 120))
+    assert brighter == list(range(56, 80))
 
 
 def test_a_moment_does_no_harm() -> None:

@@ -83,6 +83,8 @@ def clock_by_claps(folder: Path | str, numbers: Sequence[int], imu: int = 0) -> 
         raise InputError(log.evidence)
     if log.acc is None or not np.isfinite(log.acc).any():
         raise InputError(f"{file}: has no acceleration, expected one: claps are told by it")
+    if np.isfinite(log.acc).all(axis=1).sum() < 2:
+        raise InputError(f"{file}: has acceleration in one row, expected a recording of it")
     log = log.kept(np.asarray(np.isfinite(log.acc).all(axis=1)))
     drift = 1e-6 * float(draft.get(f"{table}.drift_ppm") or 0.0)
     log = replace(log, time_s=log.time_s + drift * (log.time_s - log.time_s[0]))
@@ -150,7 +152,8 @@ def _blows(log: ImuLog) -> tuple[Array, Array]:
 def _along(wanted_s: Array, blow_s: Array, slack_s: float) -> list[int] | None:
     """The blow nearest to each time; None where there is none within the slack."""
     near = [int(np.argmin(np.abs(blow_s - time_s))) for time_s in wanted_s]
-    return near if (np.abs(blow_s[near] - wanted_s) <= slack_s).all() else None
+    is_each = len(set(near)) == len(near)
+    return near if is_each and (np.abs(blow_s[near] - wanted_s) <= slack_s).all() else None
 
 
 def _named(blow_s: Array, hard: Array) -> str:

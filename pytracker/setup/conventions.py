@@ -159,11 +159,11 @@ def _unit_by_gravity(log: ImuLog, conventions: Conventions) -> tuple[Conventions
     if (least := min(others.values())) < STEADIER * off[best]:
         words = f"gravity varies by {off[best]:.2f} m/s² in {units[best]} and by {off[other]:.2f} in {units[other]}"
         return conventions, False, f"{words}, by {least:.2f} if {steadiest_in_words(others)}"
+    is_told = off[other] > LEAST_UNSTEADY and off[best] < STEADIER * off[other]
     turns_by = float(np.quantile(np.linalg.norm(log.gyr, axis=1), 0.95))
-    if units[best] == "deg/s" and turns_by < FEW_DEG:
+    if is_told and units[best] == "deg/s" and turns_by < FEW_DEG:
         words = f"gravity varies by {off[best]:.2f} m/s² in {units[best]} and by {off[other]:.2f} in {units[other]}"
         return conventions, False, f"{words}; but it reads {turns_by:.2g} at most, as radians do: are its axes acc's?"
-    is_told = off[other] > LEAST_UNSTEADY and off[best] < STEADIER * off[other]
     words = (
         f"by an orientation computed from it gravity varies by {off[best]:.2f} m/s², by {off[other]:.2f} in "
         f"{units[other]}"

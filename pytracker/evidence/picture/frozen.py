@@ -35,12 +35,11 @@ SURE_S = 1.0
 """So long no camera and no coder gives the very same, of a person."""
 
 
-def _changed(by: NDArray[np.float32]) -> float:
-    """Mean square of how much a picture changed, grey levels squared; NaN where the light did."""
-    changed = float(np.mean(np.square(by)))
+def _is_light(by: NDArray[np.float32]) -> bool:
+    """Whether the light is what changed a picture by so many grey levels `(H, W)`."""
     one_way = abs(float(np.mean(by))) > ONE_WAY * float(np.mean(np.abs(by)))
     everywhere = float(np.mean(np.abs(by) > LIGHT)) > EVERYWHERE
-    return np.nan if one_way and everywhere else changed
+    return one_way and everywhere
 
 
 class Frozen:
@@ -50,16 +49,19 @@ class Frozen:
         self._before: NDArray[np.float32] | None = None
         self._time_s: list[float] = []
         self._changes: list[float] = []
+        self._is_light: list[bool] = []
 
     def look(self, time_s: float, image: Image) -> None:
         """Take a frame, BGR `(H, W, 3)`."""
         scale = min(1.0, LONGER_PX / max(image.shape[:2]))
         grey = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY).astype(np.float32)
         small = np.asarray(cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.float32)
-        changed = np.nan if self._before is None else _changed(small - self._before)
+        by = None if self._before is None else small - self._before
+        changed = np.nan if by is None else np.mean(np.square(by))
         self._before = small
         self._time_s.append(time_s)
         self._changes.append(float(changed))
+        self._is_light.append(by is not None and _is_light(by))
 
     def hangs(self) -> bool:
         """Whether the last frame and all for a second before it are the very same."""
@@ -83,6 +85,10 @@ class Frozen:
                 still[first:after] = times_usual[first:after].max() < LEAPS
         for first, after in runs(still):
             is_long = after - first >= LEAST_FRAMES and self._time_s[after - 1] - self._time_s[first - 1] >= LEAST_S
-            if is_long and (times_usual[after : after + CODED_ANEW] > LEAPS).any():
+            # Who stood still before the light went on trembled; of what is the very same any leap is an end.
+            is_same = float(np.median(changes[first:after])) <= NOTHING
+            ends = slice(after, after + CODED_ANEW)
+            leaps = (times_usual[ends] > LEAPS) & (is_same | ~np.array(self._is_light[ends], dtype=bool))
+            if is_long and leaps.any():
                 found[first:after] = True
         return found

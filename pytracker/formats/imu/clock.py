@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pytracker.formats.imu.names import Column
 from pytracker.formats.text import Table
 
-__all__ = ["seconds", "unit_of"]
+__all__ = ["as_it_went", "seconds", "unit_of"]
 
 UNITS_S = ((0.2, 1.0), (200.0, 1e-3), (2e5, 1e-6), (np.inf, 1e-9))
 """Samples that are less than so far apart are counted in this unit, s: no sensor gives fewer than five in a second, or
@@ -27,7 +27,6 @@ HOUR_S = 3600.0
 SET_BY = {
     12 * HOUR_S: "for one of 12 hours without AM and PM",
     HOUR_S: "to have been set back by an hour",
-    -HOUR_S: "to have been set forward by an hour",
 }
 """What a clock is behind by, s, from some sample on, and why."""
 DATES = (2e4, 7e4)
@@ -60,8 +59,7 @@ def seconds(table: Table, column: Column | None, rate_hz: float | None) -> tuple
         return np.arange(len(table.lines)) / rate_hz, ()
     clock, wrapped = _unwrapped(table, column_of_times[:, 0])
     if column is None or column.has_unit:
-        clock, changed = _as_it_went(table, clock * (1.0 if column is None else column.factor))
-        return clock, (*wrapped, *changed)
+        return clock * (1.0 if column is None else column.factor), wrapped
     counts = bool((np.diff(clock) == 1.0).mean() > MOSTLY) if len(clock) > 1 else False
     usual, unit_s = unit_of(clock, rate_hz)
     if counts and rate_hz is not None and abs(usual * unit_s * rate_hz - 1.0) > RATE_TOLERANCE:
@@ -98,14 +96,19 @@ def _unwrapped(table: Table, clock: NDArray[np.float64]) -> tuple[NDArray[np.flo
     return out, tuple(said)
 
 
-def _as_it_went(table: Table, clock: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
-    """The same, s, going on where a clock of 12 hours began again, or was set by an hour; and a word on that."""
+def as_it_went(table: Table, clock: NDArray[np.float64]) -> tuple[NDArray[np.float64], tuple[str, ...]]:
+    """Times of dates or of day, s, going on where one of 12 hours began again, or was set back; and a word on that.
+
+    One that was set forward by an hour looks like a pause, and is left.
+    """
     steps = np.diff(clock)
     usual = float(np.median(steps)) if len(steps) else 0.0
     out, said = clock.copy(), []
-    for k in np.flatnonzero(np.abs(steps) > HOUR_S - SLACK * usual):
+    if not 0 < usual < UNITS_S[0][0]:
+        return clock, ()
+    for k in np.flatnonzero(steps < 0):
         for by, words in SET_BY.items():
-            if usual > 0 and 0 < steps[k] + by <= SLACK * usual:
+            if 0.5 * usual < steps[k] + by <= SLACK * usual:
                 out[k + 1 :] += by
                 said.append(f"{table.path}:{table.lines[k + 1]}: its clock goes by {steps[k]:.6g} s: taken {words}")
     return out, tuple(said)

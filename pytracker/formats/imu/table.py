@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError
-from pytracker.formats.imu.clock import seconds
+from pytracker.formats.imu.clock import as_it_went, seconds
 from pytracker.formats.imu.counter import as_counted, counter_in, steps_of
 from pytracker.formats.imu.dates import as_seconds
 from pytracker.formats.imu.names import (
@@ -154,6 +154,9 @@ def read(
         return None if values is None else values * [known[name].factor if name in known else 1.0 for name in group]
 
     time_s, odd = seconds(table, clock, rate_hz)
+    if dated is not None:
+        time_s, changed = as_it_went(table, time_s)
+        odd = (*odd, *changed)
     counting = counter_in(names)
     steps = None if counting is None else steps_of(lines, table.lines, header.delimiter, counting)
     if steps is not None:
