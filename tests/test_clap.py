@@ -55,6 +55,8 @@ def test_one_clap_must_stand_out() -> None:
 
 
 def test_claps_at_other_intervals_are_none() -> None:
+    with pytest.raises(pt.InputError, match=r"has no claps, expected"):
+        find_claps(np.array([]), moving({20.0: 60.0}), FRAME_S)
     with pytest.raises(pt.InputError, match=r"no 2 blows that are 1.50 s apart, .*\(felt: .* at 20.00 s"):
         find_claps(np.array([4.0, 5.5]), moving({20.0: 60.0, 21.0: 60.0}), FRAME_S)
     with pytest.raises(pt.InputError, match=r"no blow of 5 m/s², expected the claps that were seen: clap, .* harder$"):

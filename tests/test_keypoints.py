@@ -203,7 +203,7 @@ def write(path: Path, text: str) -> Path:
         (lambda p: write(p / "a.xml", "x"), "keypoints as .xml are not read"),
         (lambda p: write(p / "a.json", "{"), "a.json: is not JSON"),
         (lambda p: write(p / "a.json", "[" * 100000), "a.json: is not JSON"),
-        (lambda p: write(p / "a.json", "3"), "is neither MMPose's nor COCO's"),
+        (lambda p: write(p / "a.json", "3"), "is neither MMPose's, COCO's"),
         (lambda p: write(p / "a.json", "[{}]"), "an entry has no image_id"),
         (lambda p: write(p / "a.json", '[{"image_id": 1.5, "keypoints": []}]'), "a frame is '1.5', expected a frame"),
         (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2]}]'), "expected x, y and confidence"),
@@ -234,7 +234,14 @@ ODD = st.none() | st.floats() | st.text(max_size=5)
 @given(ODD | st.lists(ODD | st.lists(ODD, max_size=3), max_size=3))
 def test_no_json_ends_in_another_error(tmp_path_factory: pytest.TempPathFactory, value: Any) -> None:
     path = tmp_path_factory.mktemp("json") / "a.json"
-    for data in (value, {"instance_info": value}, {"annotations": value}, [{"image_id": value, "keypoints": value}]):
+    for data in (
+        value,
+        {"instance_info": value},
+        {"annotations": value},
+        [{"image_id": value, "keypoints": value}],
+        [{"frame": value, "landmarks": [{"x": value, "y": [value]}] * 33}],
+        [[[[[[value]]]]]],
+    ):
         path.write_text(json.dumps(data), "utf-8")
         with pytest.raises(pt.InputError):
             read_keypoints(path)

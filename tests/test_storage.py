@@ -65,6 +65,25 @@ def test_what_is_no_point_is_refused_with_what_to_take(tmp_path: Path) -> None:
         read_storage(write(tmp_path / "g.sto", flat()[7:]))
 
 
+def test_units_markers_names_and_empty_cells(tmp_path: Path) -> None:
+    in_mm = [line.replace("version=1", "units=mm").replace("R.Elbow", "R_flexor") for line in flat()]
+    in_mm[-1] = in_mm[-1].replace(str(PLACES[2, 0, 1]), "")
+    found = read_storage(write(tmp_path / "mm.sto", in_mm))
+    expected = PLACES / 1000
+    expected[2, 0] = np.nan
+    assert np.allclose(np.stack(list(found.positions_m.values()), axis=1), expected, equal_nan=True)
+    assert list(found.positions_m) == ["R_flexor", "R.Wrist"]
+    found = read_storage(write(tmp_path / "gap.sto", [*VECTORS, "time\twrist", "0\t", "0.02\t1,2,3"]))
+    assert np.allclose(found.positions_m["wrist"], [[np.nan] * 3, [1.0, 2.0, 3.0]], equal_nan=True)
+    with pytest.raises(pt.InputError, match="units are inches, expected m, cm or mm"):
+        read_storage(write(tmp_path / "in.sto", [line.replace("version=1", "units=inches") for line in flat()]))
+    forces = ["version=1", "endheader", "time\tground_force_vx\tground_force_vy", "0\t1\t700"]
+    with pytest.raises(pt.InputError, match=r"holds ground_force_vx, ground_force_vy, expected points.*_tz\)$"):
+        read_storage(write(tmp_path / "forces.mot", forces))
+    with pytest.raises(pt.InputError, match=r"t.sto:8: time is nan, expected increasing"):
+        read_storage(write(tmp_path / "t.sto", [*VECTORS, "time\twrist", "nan\t1,2,3"]))
+
+
 def test_cut_short_is_told(tmp_path: Path) -> None:
     (said,) = read_storage(write(tmp_path / "cut.sto", flat()[:-1])).warnings
     assert said.endswith("nRows is 3, and 2 rows follow: the file is cut short")

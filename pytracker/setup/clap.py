@@ -38,6 +38,8 @@ SLACK_S = 0.05
 """Frames that were picked by eye are so far off, beside the step between them."""
 LEAST_SD_S = 0.02
 """So long do two hands meet."""
+AT_ONCE = 4096
+"""Samples of which each has its median: their windows are copied."""
 MOST_BLOWS = 200
 """The hardest; claps are among them."""
 NAMED = 6
@@ -106,6 +108,8 @@ def find_claps(clap_s: Array, log: ImuLog, step_s: float) -> Claps:
 
     Several must come at the same intervals. Raises `InputError` where none do, or others as well.
     """
+    if not len(clap_s):
+        raise InputError("has no claps, expected the time of one at least")
     blow_s, hard = _blows(log)
     slack_s = SLACK_S + step_s
     sets = [near for first in blow_s if (near := _along(clap_s - clap_s[0] + first, blow_s, slack_s)) is not None]
@@ -136,7 +140,8 @@ def _blows(log: ImuLog) -> tuple[Array, Array]:
     norm = np.linalg.norm(log.acc, axis=1)
     norm *= GRAVITY / max(float(np.median(norm)), 1e-9)  # whatever its unit
     half = max(1, round(WINDOW_S / 2 / float(np.median(np.diff(log.time_s)))))
-    around = np.median(sliding_window_view(np.pad(norm, half, mode="edge"), 2 * half + 1), axis=1)
+    windows = sliding_window_view(np.pad(norm, half, mode="edge"), 2 * half + 1)
+    around = np.concatenate([np.median(windows[k : k + AT_ONCE], axis=1) for k in range(0, len(norm), AT_ONCE)])
     felt = np.abs(norm - around)
     before, after = np.pad(felt, (1, 0))[:-1], np.pad(felt, (0, 1))[1:]
     peaks = np.flatnonzero((felt >= LEAST_BLOW) & (felt >= before) & (felt > after))

@@ -7,19 +7,16 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from pytracker._core import KEYPOINTS, InputError
-from pytracker.formats.keypoints.log import Keypoints, are_shares, in_range, ours, require_seen
-from pytracker.formats.keypoints.models import model_of, name_of
-from pytracker.formats.keypoints.people import in_order
+from pytracker._core import InputError
+from pytracker.formats.keypoints.by_frame import by_frame, flat, names_in_order
+from pytracker.formats.keypoints.landmarks import landmarks_of, read_landmarks
+from pytracker.formats.keypoints.log import Keypoints
 from pytracker.formats.keypoints.rows import numbers_of
+from pytracker.formats.keypoints.yolo import read_yolo
 from pytracker.rotation import Array
 
 __all__ = ["read_folder", "read_json"]
 
-MOST_PEOPLE = 64
-"""More people in a frame are noise."""
 MOST_FRAMES = 10_000_000
 BODIES = {"people", "bodies"}
 """Under which AlphaPose lists the people of a picture, by `--format open` and `cmu`."""
@@ -37,6 +34,8 @@ def _parsed(path: Path) -> Any:
 def read_folder(path: Path, model: str) -> Keypoints:
     """One file a frame, numbered in its name. Raises `InputError`."""
     files = sorted(path.glob("[!.]*.json"))
+    if not files and (texts := sorted(path.glob("[!.]*.txt"))):
+        return read_yolo(texts)
     if not files:
         below = sorted({file.parent.name for file in path.glob("*/*.json")})
         there = f" ({', '.join(below[:5])} below it do: is it one of these?)" if below else ""
@@ -48,7 +47,7 @@ def read_folder(path: Path, model: str) -> Keypoints:
         if frame in rows:
             raise InputError(f"{file}: is a second file of frame {frame}, expected one a frame: is it another clip's?")
         rows[frame] = _people_of(file, _parsed(file))
-    return _ordered(path, rows, model)
+    return by_frame(path, rows, model)
 
 
 def _people_of(file: Path, data: Any) -> list[Array]:
@@ -57,7 +56,10 @@ def _people_of(file: Path, data: Any) -> list[Array]:
     if isinstance(people, list):
         found = [person.get("pose_keypoints_2d") for person in people if isinstance(person, dict)]
         # Of whom only hands or a face were found.
-        return [_flat(file, person) for person in found if person != []]
+        return [flat(file, person) for person in found if person != []]
+    landmarks = landmarks_of(file, data)
+    if landmarks is not None:
+        return landmarks
     instances = next((data[key] for key in INSTANCES if key in data), None) if isinstance(data, dict) else data
     if not isinstance(instances, list):
         raise InputError(f"{file}: has no list of people, expected OpenPose's JSON, or MMPose's of one frame")
@@ -70,22 +72,28 @@ def read_json(path: Path, model: str) -> Keypoints:
     frames = data.get("instance_info") if isinstance(data, dict) else data
     if isinstance(frames, list) and any(isinstance(frame, dict) and "instances" in frame for frame in frames):
         return _mmpose(path, frames, data.get("meta_info") if isinstance(data, dict) else None, model)
+    if isinstance(data, dict) and data and all(isinstance(of, dict) and BODIES & of.keys() for of in data.values()):
+        return _by_picture(path, data, model)
+    found = read_landmarks(path, data, model)
+    return _coco(path, data, model) if found is None else found
+
+
+def _coco(path: Path, data: Any, model: str) -> Keypoints:
+    """COCO's annotations or results, and AlphaPose's, which are such. Raises `InputError`."""
     rows: dict[int, list[Array]] = {}
     files: dict[str, int] = {}
     named: tuple[str, ...] = ()
     pictures = data if isinstance(data, dict) else {}
-    if pictures and all(isinstance(of, dict) and BODIES & of.keys() for of in pictures.values()):
-        return _by_picture(path, pictures, model)
     listed: set[str] = set()
     if isinstance(data, dict):
         files = _once(path, _files(data.get("images")))
         listed = _listed(data.get("images"))
         kinds = data.get("categories")
         of_kind = [kind.get("keypoints") for kind in kinds if isinstance(kind, dict)] if isinstance(kinds, list) else []
-        named = _names(of_kind[0], model) if of_kind else ()
+        named = names_in_order(of_kind[0], model) if of_kind else ()
         data = data.get("annotations")
     if not isinstance(data, list):
-        raise InputError(f"{path}: is neither MMPose's nor COCO's nor AlphaPose's JSON, expected one of them")
+        raise InputError(f"{path}: is neither MMPose's, COCO's, AlphaPose's nor MediaPipe's JSON, expected one of them")
     for one in data:
         if not isinstance(one, dict) or "image_id" not in one:
             raise InputError(f"{path}: an entry has no image_id, expected one and keypoints")
@@ -99,8 +107,8 @@ def read_json(path: Path, model: str) -> Keypoints:
     for one in data:
         people = rows.setdefault(numbers[_id(one)], [])
         if one.get("keypoints") or "bbox" not in one:  # else a box, and nothing in it
-            people.append(_flat(path, one.get("keypoints")))
-    return _ordered(path, rows, model, named)
+            people.append(flat(path, one.get("keypoints")))
+    return by_frame(path, rows, model, named)
 
 
 def _by_picture(path: Path, pictures: dict[str, Any], model: str) -> Keypoints:
@@ -110,10 +118,10 @@ def _by_picture(path: Path, pictures: dict[str, Any], model: str) -> Keypoints:
     for name, of in pictures.items():
         bodies = of.get("bodies")
         if isinstance(bodies, list):
-            rows[frames[name[:200]]] = [_flat(path, one.get("joints")) for one in bodies if isinstance(one, dict)]
+            rows[frames[name[:200]]] = [flat(path, one.get("joints")) for one in bodies if isinstance(one, dict)]
         else:
             rows[frames[name[:200]]] = _people_of(path, of)
-    return _ordered(path, rows, model)
+    return by_frame(path, rows, model)
 
 
 def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:
@@ -127,24 +135,16 @@ def _mmpose(path: Path, frames: list[Any], about: Any, model: str) -> Keypoints:
         rows[number] = found
     named = about.get("keypoint_id2name") if isinstance(about, dict) else None
     if not isinstance(named, dict) or not all(str(k).isdigit() for k in named):
-        return _ordered(path, rows, model)
-    return _ordered(path, rows, model, _names([named[k] for k in sorted(named, key=int)], model))
+        return by_frame(path, rows, model)
+    return by_frame(path, rows, model, names_in_order([named[k] for k in sorted(named, key=int)], model))
 
 
 def _instances(path: Path, frame: Any) -> list[Array]:
     """Everybody in one of MMPose's frames. Raises `InputError`."""
     return [
-        _flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
+        flat(path, [[*xy, score] for xy, score in zip(one["keypoints"], one["keypoint_scores"], strict=True)])
         for one in _records(path, frame, "instances")
     ]
-
-
-def _names(said: Any, model: str) -> tuple[str, ...]:
-    """Ours of the joints that a file names in order; none where it names none of ours, or the order is given."""
-    if model != "auto" or not isinstance(said, list):
-        return ()
-    names = tuple(name_of(str(name)[:100]) for name in said)
-    return names if {*KEYPOINTS, "nose"} & set(names) else ()
 
 
 def _files(images: Any) -> dict[str, int]:
@@ -213,34 +213,3 @@ def _whole(path: Path, value: Any) -> int:
     if not digits or isinstance(value, float) or int(digits[-1]) > MOST_FRAMES:
         raise InputError(f"{path}: a frame is {str(value)[:40]!r}, expected a frame number")
     return int(digits[-1])
-
-
-def _flat(path: Path, values: Any) -> Array:
-    """x, y, confidence of one person `(K, 3)`."""
-    try:
-        found = np.array(values, dtype=np.float64).reshape(-1, 3)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(f"{path}: keypoints are {str(values)[:60]}, expected x, y and confidence of each") from None
-    return in_range(path, found)
-
-
-def _ordered(path: Path, rows: dict[int, list[Array]], model: str, named: tuple[str, ...] = ()) -> Keypoints:
-    """Frames in order, each person in one place, joints as ours: of a model, or as they are `named`."""
-    counts = {len(person) for people in rows.values() for person in people}
-    if not counts:
-        raise InputError(f"{path}: nobody is seen in any of {len(rows)} frames, expected keypoints of a person")
-    if len(counts) > 1:
-        raise InputError(f"{path}: people have {sorted(counts)} keypoints, expected the same of each")
-    count = counts.pop()
-    if named and len(named) != count:
-        raise InputError(f"{path}: people have {count} keypoints, expected {len(named)} as it names joints")
-    order = named or model_of(path, model, count, [person for people in rows.values() for person in people])
-    frames = sorted(rows)
-    people = min(MOST_PEOPLE, max(len(rows[frame]) for frame in frames))
-    points = np.full((len(frames), people, len(KEYPOINTS), 3), np.nan)
-    for row, frame in enumerate(frames):
-        for p, person in enumerate(rows[frame][:people]):
-            points[row, p] = ours(person, order)
-    found = np.concatenate([person for people in rows.values() for person in people])
-    seen = require_seen(path, in_order(points), found[:, 2])
-    return Keypoints(np.array(frames), seen, is_share=are_shares(found[found[:, 2] > 0, :2]))

@@ -8,6 +8,8 @@ kept as it is: what it is worth is found from the data (`pytracker.recording.key
 | folder of `*.json` with `people` | OpenPose, Pose2Sim, Sports2D, RTMLib: a numbered file a frame | `json_files` |
 | `.json`, a list with `image_id` and `keypoints` | AlphaPose, COCO results; COCO's annotations | `json_files` |
 | `.json` with `instance_info` | MMPose | `json_files` |
+| `.json`, frames of landmarks with `x`, `y` | MediaPipe, MoveNet, by scripts | `landmarks` |
+| folder of numbered `.txt` | YOLO | `yolo` |
 | `.csv` with `X_LEFT_WRIST`, ... | MediaPipe, as shares of the picture | `table` |
 | `.csv` with `scorer`, `bodyparts`, `coords` | DeepLabCut | `deeplabcut` |
 | `.csv` with `left_wrist_x`, `left_wrist_y`[, `left_wrist_confidence`] | anybody | `table` |

@@ -1,0 +1,110 @@
+"""Keypoints as MediaPipe's users write them as JSON, and as YOLO does: every layout, and what is wrong in one."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from test_keypoints import is_right, place
+
+import pytracker as pt
+from pytracker._core import KEYPOINTS
+from pytracker.formats.keypoints.models import COCO, MODELS
+from pytracker.formats.keypoints.read import read_keypoints
+
+SIZE = 400.0
+"""Of the picture, px, where places are shares of it."""
+
+
+def landmarks(share: float = 1.0) -> list[dict[str, float]]:
+    """BlazePose's 33."""
+    places = [place(joint) for joint in MODELS["blazepose_33"]]
+    return [{"x": x * share, "y": y * share, "z": -0.1, "visibility": 0.9} for x, y in places]
+
+
+def named() -> dict[str, dict[str, float]]:
+    return {name.upper(): one for name, one in zip(MODELS["blazepose_33"], landmarks(), strict=True)}
+
+
+WORLD = [{"x": 0.1, "y": 0.2, "z": 0.3, "visibility": 1.0}] * 33
+PARTS = [
+    {"part": joint, "position": dict(zip("xy", place(joint), strict=True)), "score": 0.8} for joint in reversed(COCO)
+]
+
+
+@pytest.mark.parametrize(
+    "frames",
+    [
+        [{"frame": k, "landmarks": landmarks()} for k in range(3)],
+        [{"frame_index": k, "world_landmarks": WORLD, "pose_landmarks": landmarks()} for k in range(3)],
+        [{"timestamp_ms": 40 * k, "landmarks": [landmarks()], "hand_landmarks": [[]]} for k in range(3)],
+        [{"frame": k, "pose": {"landmark": landmarks()}} for k in range(3)],
+        [landmarks()] * 3,
+        [named()] * 3,
+        [{"frame": k, "keypoints": PARTS} for k in range(3)],
+        {"fps": 30, "size": [640, 480], "frames": [{"frame": k, "landmarks": landmarks()} for k in range(3)]},
+        {str(k): landmarks() for k in (2, 0, 1)},
+        {f"frame_{k}": {"landmarks": named()} for k in range(3)},
+    ],
+)
+def test_every_layout_of_landmarks(tmp_path: Path, frames: Any) -> None:
+    (tmp_path / "pose.json").write_text(json.dumps(frames), "utf-8")
+    is_right(read_keypoints(tmp_path / "pose.json"))
+
+
+def test_frames_and_times_are_those_of_the_records(tmp_path: Path) -> None:
+    path = tmp_path / "pose.json"
+    path.write_text(json.dumps([{"frame": k, "landmarks": landmarks(1 / SIZE) if k != 7 else []} for k in (3, 7, 9)]))
+    keypoints = read_keypoints(path)
+    assert keypoints.frames.tolist() == [3, 7, 9]
+    assert keypoints.is_share
+    assert np.isfinite(keypoints.points[..., 0]).all(axis=(1, 2)).tolist() == [True, False, True]
+    path.write_text(json.dumps([{"timestamp_ms": t, "landmarks": None if t else landmarks()} for t in (0, 33, 67)]))
+    keypoints = read_keypoints(path)
+    assert keypoints.time_s is not None
+    assert np.allclose(keypoints.time_s, [0.0, 0.033, 0.067])
+
+
+def test_a_file_a_frame(tmp_path: Path) -> None:
+    for k in range(3):
+        (tmp_path / f"frame_{k:05d}.json").write_text(json.dumps({"landmarks": landmarks()}), "utf-8")
+    is_right(read_keypoints(tmp_path))
+
+
+def yolo(parts: int, after: str = "") -> str:
+    """A person's line."""
+    joints = [[x / SIZE, y / SIZE, 0.9][:parts] for x, y in map(place, COCO)]
+    return "0 0.5 0.5 0.2 0.9 " + " ".join(f"{value:.6f}" for joint in joints for value in joint) + after + "\n"
+
+
+@pytest.mark.parametrize(("parts", "after"), [(3, ""), (3, " 0.87"), (3, " 0.87 1"), (2, ""), (2, " 0.87")])
+def test_yolo(tmp_path: Path, parts: int, after: str) -> None:
+    for k in (1, 2, 10):
+        (tmp_path / f"clip_{k}.txt").write_text(2 * yolo(parts, after), "utf-8")
+    keypoints = read_keypoints(tmp_path)
+    assert keypoints.frames.tolist() == [0, 1, 9]
+    assert keypoints.is_share
+    assert keypoints.points.shape[1] == 2
+    left_wrist = keypoints.points[:, 0, KEYPOINTS.index("left_wrist"), :2]
+    assert np.allclose(left_wrist * SIZE, place("left_wrist"), atol=1e-3)
+
+
+def test_what_is_wrong_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "pose.json"
+    path.write_text(json.dumps([{"frame": 0, "landmarks": landmarks()}, {"frame": 1}]))
+    with pytest.raises(pt.InputError, match=r"pose.json: entry 1 of the frames holds no landmarks with x and y"):
+        read_keypoints(path)
+    path.write_text(json.dumps([[*landmarks()[:32], {"x": "left", "y": 1}]]))
+    with pytest.raises(pt.InputError, match=r"pose.json: a landmark is \{'x': 'left', 'y': 1\}, expected numbers"):
+        read_keypoints(path)
+    path.write_text(json.dumps([landmarks()[:20]]))
+    with pytest.raises(pt.InputError, match=r"people have 20 keypoints, expected"):
+        read_keypoints(path)
+    labels = tmp_path / "labels"
+    labels.mkdir()
+    (labels / "clip_1.txt").write_text(yolo(3) + "0 0.5 0.5 0.2 0.9\n", "utf-8")
+    with pytest.raises(pt.InputError, match=r"clip_1.txt:2: a person has 5 numbers, expected a box and COCO's 17"):
+        read_keypoints(labels)
