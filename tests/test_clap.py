@@ -48,10 +48,18 @@ def test_claps_are_told_from_a_harder_bang(offset_s: float, between_s: list[floa
 
 
 def test_one_clap_must_stand_out() -> None:
-    found = find_claps(np.array([4.0]), moving({20.0: 60.0, 40.0: 15.0}), FRAME_S)
+    found = find_claps(np.array([4.0]), moving({20.0: 60.0, 40.0: 10.0}), FRAME_S)
     assert found.offset_s == pytest.approx(-16.0 - FRAME_S / 2, abs=0.011)
-    with pytest.raises(pt.InputError, match=r"at 40.00 s and one at 20.00 s are as hard, .* name the frames of two"):
+    with pytest.raises(
+        pt.InputError, match=r"at 40.00 s and one at 20.00 s may both be it, .* name the frames of three"
+    ):
         find_claps(np.array([4.0]), moving({20.0: 50.0, 40.0: 60.0}), FRAME_S)
+
+
+def test_harder_bangs_at_the_same_interval_are_told() -> None:
+    log = moving({12.0: 30.0, 13.0: 30.0, 30.0: 90.0, 31.0: 90.0})
+    with pytest.raises(pt.InputError, match=r"at 30.00 s and one at 12.00 s may both be it"):
+        find_claps(np.array([4.0, 5.0]), log, FRAME_S)
 
 
 def test_claps_at_other_intervals_are_none() -> None:

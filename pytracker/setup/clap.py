@@ -32,7 +32,7 @@ APART_S = 0.1
 """Between two blows; a hand that springs back is none."""
 LEAST_BLOW = 5.0
 """m/s² beside what was felt just before and after."""
-CLEAR = 1.5
+CLEAR = 4.0
 """Times as hard as the next that it might be, a blow is told from it."""
 SLACK_S = 0.05
 """Frames that were picked by eye are so far off, beside the step between them."""
@@ -125,8 +125,8 @@ def find_claps(clap_s: Array, log: ImuLog, step_s: float) -> Claps:
     best = sets[order[0]]
     if len(order) > 1 and weakest[order[0]] < CLEAR * weakest[order[1]]:
         raise InputError(
-            f"a blow at {blow_s[best[0]]:.2f} s and one at {blow_s[sets[order[1]][0]]:.2f} s are as hard, expected one "
-            f"that stands out: name the frames of two or three claps{_named(blow_s, hard)}"
+            f"a blow at {blow_s[best[0]]:.2f} s and one at {blow_s[sets[order[1]][0]]:.2f} s may both be it, "
+            f"expected one {CLEAR:g} times as hard as any other: name the frames of three claps{_named(blow_s, hard)}"
         )
     # The first frame in which hands touch comes half a step later, on average.
     offset_s = float(np.mean(clap_s - blow_s[best])) - step_s / 2
