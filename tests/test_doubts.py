@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import IS_ACCEPTANCE
 
 import pytracker as pt
 from pytracker.doubting.pauses import of_pauses
@@ -196,6 +197,7 @@ def test_of_worn_recordings_that_are_right_nothing_is_said() -> None:
         assert pt.doubts(pt.track(simulation.recording(), pt.Mixture(), sightings=sightings)) == ()
 
 
+@pytest.mark.skipif(not IS_ACCEPTANCE, reason="two minutes are smoothed")
 def test_a_slow_reach_of_minutes_is_not_taken_for_another_camera() -> None:
     """Its distance drifts off by more than it was known to, and stays as unsure as it was."""
     simulation = ArmSimulation(pt.ArmScene(pattern="reach", period_s=4.0, duration_s=120.0), 302)
@@ -213,7 +215,8 @@ def test_a_patch_that_sits_elsewhere_along_the_forearm_is_told() -> None:
     sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
     recording = simulation.recording()
     assert pt.doubts(pt.track(recording, pt.Smooth(), sightings=sightings)) == ()
-    for along_m, where in ((0.07, "nearer the hand"), (-0.07, "nearer the elbow")):
+    places = ((0.07, "nearer the hand"), (-0.07, "nearer the elbow"))
+    for along_m, where in places if IS_ACCEPTANCE else places[:1]:
         offset = (0.0, along_m, 0.0)
         camera = dataclasses.replace(recording.views[0].camera, patch_offset_m=offset)
         moved = dataclasses.replace(recording, views=(dataclasses.replace(recording.views[0], camera=camera),))
@@ -247,7 +250,7 @@ class SeenFromNear(ArmSimulation):
 
 def test_of_a_right_reach_before_a_near_camera_nothing_is_said() -> None:
     """The mount was blamed, turned by 90°, in each of four."""
-    for seed in (301, 304):
+    for seed in (301, 304) if IS_ACCEPTANCE else (301,):
         simulation = SeenFromNear(pt.ArmScene(pattern="reach", worn=True), seed)
         sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(1.0))
         assert pt.doubts(pt.track(simulation.recording(), pt.Smooth(), sightings=sightings)) == ()

@@ -25,7 +25,7 @@ from pytracker.study import Study, StudyRecording
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
-DURATIONS_S = {"tao-hu": 3.2, "li-kulic": 1.5}
+DURATIONS_S = {"tao-hu": 3.2, "li-kulic": 1.0}
 
 
 @pytest.fixture(scope="module")

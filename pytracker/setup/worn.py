@@ -7,11 +7,10 @@ explains the patch, and the best are moved in small steps to where they explain 
 
 from __future__ import annotations
 
-import dataclasses
 import os
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -94,12 +93,15 @@ class Worn:
         heading_rad: turn about the vertical from the sensor's earth frame to the world.
         axis: of the sensor, unit length `(3,)`: from wrist to elbow.
         log_evidence: of the patch, with it.
+        depth: at which of the places where the ray meets the elbow's sphere the wrist then starts, 0 or 1; None: at
+            either.
     """
 
     offset_s: float
     heading_rad: float
     axis: Array
     log_evidence: float = -np.inf
+    depth: int | None = None
 
 
 def mount_of(axis: Array) -> Array:
@@ -124,8 +126,8 @@ def put_on(recording: ArmRecording, worn: Worn, sightings: Sightings) -> Iterato
         segment=raw.segment,
     )
     for start in _starts(recording, imu, sightings):
-        arm: Arm = dataclasses.replace(recording.arm, wrist_start_m=triple(start))
-        yield dataclasses.replace(recording, imus=(imu,), arm=arm)
+        arm: Arm = replace(recording.arm, wrist_start_m=triple(start))
+        yield replace(recording, imus=(imu,), arm=arm)
 
 
 def _within(imu: Imu, frame_s: Array) -> Imu:
@@ -135,9 +137,7 @@ def _within(imu: Imu, frame_s: Array) -> Imu:
         return imu  # the filter says what is wrong
     some = slice(first, last)
     gyr = None if imu.gyr is None else imu.gyr[some]
-    return dataclasses.replace(
-        imu, time_s=imu.time_s[some], acc=imu.acc[some], q_world_segment=imu.q_world_segment[some], gyr=gyr
-    )
+    return replace(imu, time_s=imu.time_s[some], acc=imu.acc[some], q_world_segment=imu.q_world_segment[some], gyr=gyr)
 
 
 def lags_of(recording: ArmRecording, sightings: Sightings) -> tuple[Lag, ...]:
@@ -172,6 +172,8 @@ def find_worn(
             best = list(pool.map(partial(_refined, recording, sightings, fixed=fixed, levels=levels), best))
             most = max((least, *(one.log_evidence for one in best)))
             best = [one for one in best if one.log_evidence > most - HOPELESS]
+        # Steps were taken from the depth at which each began.
+        best = list(pool.map(partial(weighed, recording, sightings), [replace(one, depth=None) for one in best]))
         return tuple(_best(best, FINALISTS))
 
 
@@ -233,9 +235,10 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
     is_there = seen & (sightings.time_s >= first_s) & (sightings.time_s <= last_s)
     # So many frames have no samples by any clock: they tell no way from another. Others are held against this one.
     beyond = int(seen.sum()) - _most_within(sightings.time_s[seen], last_s - first_s)
-    found = [-np.inf]
-    for one in put_on(recording, worn, sightings):
-        track = _held(one, sightings)
+    found: dict[int, float] = {}
+    ways = list(put_on(recording, worn, sightings))
+    for depth in range(len(ways)) if worn.depth is None else (min(worn.depth, len(ways) - 1),):
+        track = _held(ways[depth], sightings)
         if track is None:
             continue
         evidence = np.maximum(np.nan_to_num(track.log_evidence, nan=LEAST_EVIDENCE), LEAST_EVIDENCE)
@@ -243,9 +246,11 @@ def weighed(recording: ArmRecording, sightings: Sightings, worn: Worn) -> Worn:
         outside = np.sort(evidence[seen & ~is_there])
         outside[:beyond] = usual
         whole = float(evidence[is_there].sum() + outside.sum())
-        found.append(whole - 0.5 * ALIKE * (min(0.0, hangs(track) - HANGS) / HANGS_SD) ** 2)
+        found[depth] = whole - 0.5 * ALIKE * (min(0.0, hangs(track) - HANGS) / HANGS_SD) ** 2
     aslant = np.degrees(np.arccos(min(1.0, float(np.abs(worn.axis).max()))))
-    return dataclasses.replace(worn, log_evidence=max(found) - 0.5 * (aslant / ALONG_DEG) ** 2)
+    best = max(found, key=found.__getitem__, default=None)
+    most = -np.inf if best is None else found[best] - 0.5 * (aslant / ALONG_DEG) ** 2
+    return replace(worn, log_evidence=most, depth=best)
 
 
 def _most_within(time_s: Array, span_s: float) -> int:
@@ -307,10 +312,10 @@ def _place(worn: Worn) -> tuple[float, ...]:
 
 def _stepped(worn: Worn, which: int, by: float) -> Worn:
     if which == 0:
-        return dataclasses.replace(worn, offset_s=worn.offset_s + by)
+        return replace(worn, offset_s=worn.offset_s + by)
     if which == 1:
-        return dataclasses.replace(worn, heading_rad=(worn.heading_rad + by) % (2 * np.pi))
+        return replace(worn, heading_rad=(worn.heading_rad + by) % (2 * np.pi))
     back = conjugate(mount_of(worn.axis))
     about = np.array([1.0, 0.0, 0.0]) if which == 2 else np.array([0.0, 0.0, 1.0])
     turned = rotate(rotation_vector_to_quaternion(by * about), np.array([0.0, 1.0, 0.0]))
-    return dataclasses.replace(worn, axis=rotate(back, turned))
+    return replace(worn, axis=rotate(back, turned))
