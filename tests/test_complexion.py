@@ -175,6 +175,23 @@ def test_people_without_colour(shared: Callable[[str], Path], tmp_path: Path) ->
     assert all("without colour" in reason for reason in track.reason)
 
 
+@pytest.mark.parametrize("gain", [0.45, 0.65])
+def test_faces_that_shine_or_are_merely_dim_are_made_as_bright_as_any(
+    shared: Callable[[str], Path], tmp_path: Path, gain: float
+) -> None:
+    """Of one clip at half its brightness a forehead that shone was taken: 13 cm, half of it wrong and valid; 8, none.
+
+    At two thirds nothing was done: 26 cm, 43 %; 7, none.
+    """
+    for number in (20, 21, 22, 24, 29, 31, 33):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        clip = shared(f"recordings/people-gesture-{number}")
+        silhouette = senses_of(changed(clip, folder, lambda image: cast(image, (gain,) * 3), 2)).silhouette
+        assert silhouette is not None
+        assert np.multiply(silhouette.parameters.gains, gain) == pytest.approx(np.ones(3), abs=0.2), number
+
+
 @pytest.mark.parametrize("gains", [(1.25, 1.0, 0.8), (0.4, 0.4, 0.4)], ids=["cool", "dim"])
 def test_people_in_another_light(
     shared: Callable[[str], Path], tmp_path: Path, gains: tuple[float, float, float]

@@ -36,11 +36,13 @@ MOST_SHIFT = 30.0
 """What is farther off is no face, in any light that a camera may have taken for white."""
 EVEN = 26.0
 """Cr and Cb of the middle half of a face differ by no more; those of a head beside the wall do."""
+AS_RED = 2.0
+"""Parts of a face differ in Cr by no more; of these the one that is neither in shadow nor shines is looked at."""
 REDDER = 1.05
 """Times as red as blue: no part of a face whose red is blue is, nor its hair."""
 DARKEST = 12.0
 """Nothing is told by what is darker."""
-DIM_PICTURE = 130.0
+DIM_PICTURE = 150.0
 """A head is dim in a picture whose brightest twentieth is not: it is seen from behind, or against the light."""
 
 
@@ -64,8 +66,7 @@ def gains_of_face(image: Image, background: Image, head: Array, px_per_m: float)
     middle, *parts = _looked(image, background, head, px_per_m)
     if not parts:
         return NONE
-    # Hair, walls and most collars are less red than a face in the same light.
-    face = max(parts, key=lambda part: float(np.median(_ycc(part)[:, 1])))
+    face = _face(parts)
     if _is_usual(middle) or _is_usual(face) or not _may_be_one(face, image):
         return NONE
     seen = np.maximum(np.median(face, axis=0), 1.0)
@@ -96,6 +97,14 @@ def _looked(image: Image, background: Image, head: Array, px_per_m: float) -> li
     looked = [(0.0, 0.0, FACE_M), *((right, down, PART_M) for down in PARTS_M for right in PARTS_M)]
     found = [_person(image, background, head + px_per_m * np.array(at), px_per_m * m) for *at, m in looked]
     return [part for part in found if len(part) >= LEAST_PX] or none
+
+
+def _face(parts: list[Image]) -> Image:
+    """The part that is one: hair, walls and most collars are less red in the same light, and a forehead may shine."""
+    seen = [np.median(_ycc(part), axis=0) for part in parts]
+    reddest = max(cr for _, cr, _ in seen)
+    red = [k for k, (_, cr, _) in enumerate(seen) if cr >= reddest - AS_RED]
+    return parts[sorted(red, key=lambda k: float(seen[k][0]))[(len(red) - 1) // 2]]
 
 
 def _three(gains: Array) -> tuple[float, float, float]:
