@@ -48,3 +48,11 @@ def test_a_shoulder_that_went_elsewhere_is_among_what_is_named(shared: Callable[
     (said,) = pt.doubts(track)
     assert "shoulder_m" in said
     assert "mirrored" not in said
+
+
+def test_a_right_arm_of_few_seconds_is_not_refused(shared: Callable[[str], Path]) -> None:
+    """All its windows are nearly one, which is as far off as one of a right arm may be: every frame was invalid."""
+    for name, seed in (("20 R", 2), ("29 L", 3)):
+        arm = CapturedArm(*captured(shared("data").parent, name), seed)
+        seen = pt.Sightings.of(arm.frame_time_s, arm.sightings(2.0))
+        assert pt.track(arm.recording(), pt.Smooth(), 1, sightings=seen).valid.mean() > 0.9

@@ -156,7 +156,7 @@ def test_utf_16_is_read_where_it_says_so(order: str, tmp_path: Path) -> None:
 def test_gaps_are_warned_of(tmp_path: Path) -> None:
     table = [row for k, row in enumerate(rows()) if not 10 <= k < 17]
     (warning,) = load(write(tmp_path / "imu.csv", table)).warnings
-    assert "1 gaps between samples, the longest 0.080 s at line 12 (0.090 s)" in warning
+    assert "1 gap between samples, the longest 0.080 s at line 12 (0.090 s)" in warning
 
 
 def test_stated_rate_must_agree(tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def mt_manager(tmp_path: Path, delimiter: str = "\t", rate: str = "// Update Rat
 def test_mt_manager_counter_wraps_and_gaps(tmp_path: Path, delimiter: str) -> None:
     log = load(mt_manager(tmp_path, delimiter, end="\r\n"))
     assert log.time_s == pytest.approx([0, 0.01, 0.02, 0.03, 0.04, 0.07, 0.08])
-    assert "1 gaps between samples, the longest 0.030 s" in log.warnings[0]
+    assert "1 gap between samples, the longest 0.030 s" in log.warnings[0]
 
 
 def test_mt_manager_without_rate_asks_for_it(tmp_path: Path) -> None:

@@ -163,7 +163,7 @@ def test_a_long_pause_is_a_gap_and_no_burst(tmp_path: Path) -> None:
     """It was called bursts, and a gyroscope was asked nothing then: degrees passed as radians, 3.8 cm for 1.5."""
     table = paused(waving(), 60.0)
     (said,) = load(write(tmp_path / "good.csv", table.tolist())).warnings
-    assert "1 gaps between samples, the longest 60.010 s at line 302 (2.990 s)" in said
+    assert "1 gap between samples, the longest 60.010 s at line 302 (2.990 s)" in said
     assert said.endswith("was the sensor started anew there? Its heading may be another from then on")
     table[:, GYR] = np.rad2deg(table[:, GYR])
     with pytest.raises(pt.InputError, match="is gyr in degrees per second"):

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import heapq
 import itertools
+import re
 import subprocess
 import sys
 import time
@@ -261,8 +262,10 @@ def test_the_command_writes_rows_and_leaves_in_peace(arm: pt.ArmRecording, tmp_p
         with contextlib.suppress(BrokenPipeError):
             fed.stdin.close()
         said = fed.stderr.read()
-    assert fed.returncode == 0, said
-    assert "frames," in said
+    counted = re.search(r"(\d+) frames, (\d+) of them valid", said)
+    assert counted is not None, said
+    # On a machine that is busy samples come late, and most frames may have none.
+    assert fed.returncode == (2 * int(counted[2]) < int(counted[1])), said
     written = out.read_text("utf-8").splitlines()
     assert written[0].startswith("time_s,frame,wrist_x_m,")
     assert written[0].endswith("valid,reason")

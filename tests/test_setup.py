@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
+import shutil
 from pathlib import Path
 
 import cv2
@@ -13,6 +15,7 @@ from typer.testing import CliRunner
 import pytracker as pt
 from pytracker.cli.entry import app
 from pytracker.report.check_page import render_check
+from pytracker.setup.checks.findings import Finding
 from pytracker.setup.draft import Draft
 
 
@@ -156,3 +159,19 @@ def test_times_in_whole_seconds_are_looked_at_as_they_are_tracked(gesturing: Pat
     found = {one.what: one for one in pt.setup.check(tmp_path).findings}
     assert "at 60 Hz, 0 missing" in found["rate and gaps"].evidence
     assert found["order of the quaternion"].verdict == "right"
+
+
+def test_what_a_recording_would_be_refused_with_is_not_written(
+    simulated: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After a heading that jumped a mount was found that the arm could not have: a folder that had loaded did not."""
+    folder = shutil.copytree(simulated, tmp_path / "arm")
+    before = (folder / "recording.toml").read_text("utf-8")
+    turned = Finding("mount", "wrong", "points the other way", {"imu.mount": [0.0, 1.0, 0.0, 0.0]})
+    examine = importlib.import_module("pytracker.setup.check").EXAMINE
+    monkeypatch.setitem(examine, "arm", lambda _: ([turned], None, None))
+    found = {finding.what: finding for finding in pt.setup.check(folder, write=True).findings}
+    assert (folder / "recording.toml").read_text("utf-8") == before
+    assert found["mount"].verdict == "cannot be told"
+    assert "it is not written: with what was found the recording is refused" in found["mount"].evidence
+    assert found["the track"].verdict == "right"

@@ -14,6 +14,7 @@ import typer
 import pytracker as pt
 from pytracker.cli.options import Folder, Force, Seed, check_new, warn
 from pytracker.cli.settings import METHOD_WORDS, chosen_method
+from pytracker.doubting.doubts import FEW_VALID
 from pytracker.live import Live, Rows
 from pytracker.live import live as estimates_of
 
@@ -45,8 +46,9 @@ def live(
     """Follow what a camera sees now, a row a frame, until it ends or Ctrl-C.
 
     The recording in the folder was made with this camera where it stands, this sensor as it is worn and this person,
-    who begins as in its first frame; `check --write` found what it says. A sensor's first line names the columns time_s
-    (its own clock), acc_x..z (m/s²), q_w..z (sensor to world, z up) and, where there is one, gyr_x..z (rad/s).
+    who begins as in its first frame; `check --write` found what it says. Where most frames are not valid the exit
+    status is 1. A sensor's first line names the columns time_s (its own clock), acc_x..z
+    (m/s²), q_w..z (sensor to world, z up) and, where there is one, gyr_x..z (rad/s).
     """
     if out is not None:
         check_new(out, ".csv", force=force)
@@ -73,6 +75,8 @@ def live(
         _say(counts)
     if not counts.frames:
         raise pt.TrackingError("no frame was tracked")
+    if counts.frames - counts.invalid < FEW_VALID * counts.frames:
+        raise typer.Exit(1)
 
 
 def _opened(out: Path) -> TextIO:

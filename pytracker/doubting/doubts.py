@@ -19,7 +19,7 @@ from pytracker.tracking.arm import ArmTrack
 from pytracker.tracking.body import BodyTrack
 from pytracker.tracking.tracks import Track
 
-__all__ = ["doubts", "is_unusable", "unbelieved"]
+__all__ = ["FEW_VALID", "doubts", "is_unusable", "unbelieved"]
 
 FEW_UNSEEN = 0.2
 """Fewer frames without the patch are usual."""

@@ -33,6 +33,7 @@ EMPTY = {
     "", "-", "--", "nan", "-nan", "nan(ind)", "-nan(ind)", "1.#qnan", "-1.#ind", "null", "none", "na", "n/a", "#n/a",
 }  # fmt: skip
 """Cells that say "no value", lower-case; of C's libraries on Windows too."""
+ZIP = b"PK\x03\x04"
 EMPTY_ROW = ' ,;"'
 """What rows of a spreadsheet hold below its last; among others they are samples without values."""
 DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
@@ -48,6 +49,8 @@ def read_lines(path: Path) -> list[str]:
     if not path.is_file():
         raise InputError(f"{path}: no such file")
     raw = path.read_bytes()
+    if raw.startswith(ZIP):
+        raise InputError(f"{path}: is an Excel workbook, or else zipped, expected text: save it as CSV")
     utf16 = _utf16(raw)
     if b"\0" in raw.rstrip(b"\0\r\n")[:4096] and not utf16:
         raise InputError(f"{path}: is a binary file, expected text")

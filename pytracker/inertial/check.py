@@ -117,6 +117,7 @@ def _check_times(log: ImuLog) -> list[str]:
         else ""
     )
     return [
-        f"{log.path}: {gaps.size} gaps between samples, the longest {interval[longest]:.3f} s at line "
-        f"{log.lines[longest + 1]} ({log.time_s[longest]:.3f} s); usual interval {usual:.4f} s{restart}"
+        f"{log.path}: {gaps.size} gap{'s' if gaps.size > 1 else ''} between samples, the longest "
+        f"{interval[longest]:.3f} s at line {log.lines[longest + 1]} ({log.time_s[longest]:.3f} s); "
+        f"usual interval {usual:.4f} s{restart}"
     ]

@@ -13,7 +13,9 @@ __all__ = ["saturates"]
 STANDS = 3
 """So many samples on end at the largest value that an axis has are no peak."""
 LEAST = {"acceleration": (18.0, "m/s²"), "turn rate": (4.0, "rad/s")}
-"""No sensor has a smaller range; smaller values may stand because nothing moves."""
+"""Smaller values may stand because nothing moves."""
+SMALLEST, NEAR = np.radians(125.0), 0.01
+"""A range of gyroscopes that is smaller, rad/s, and what is as large but for its scale."""
 SAME = 1e-6
 
 
@@ -29,7 +31,8 @@ def _of(log: ImuLog, what: str, values: NDArray[np.float64]) -> list[str]:
     for axis, of_axis in zip("xyz", values.T, strict=True):
         for end in (np.nanmax(of_axis), np.nanmin(of_axis)):
             standing = runs(np.abs(of_axis - end) <= SAME * abs(end), STANDS)
-            if abs(end) < least or not standing:
+            is_range = what == "turn rate" and abs(abs(end) / SMALLEST - 1.0) < NEAR
+            if (abs(end) < least and not is_range) or not standing:
                 continue
             lengths = [after - first for first, after in standing]
             found.append(

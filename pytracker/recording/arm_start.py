@@ -21,6 +21,8 @@ FIRST_FRAMES = 5
 """A wrist that a detector missed in the first frame is where it is seen in the next ones."""
 MISS_M = 0.10
 """How far the patch's ray may pass from the arm sphere when the start is found from it."""
+TOUCHES_M = 0.01
+"""That of an arm held straight touches it, and nothing is odd."""
 
 
 def check_start(place: str, arm: ArmEntry, start: Triple, view: View, imu: Imu) -> None:
@@ -94,6 +96,8 @@ def _start_from_ray(path: Path, arm: ArmEntry, view: View, imu: Imu) -> tuple[Tr
         )
     half = float(np.sqrt(max(arm.upper_arm_m**2 - miss**2, 0.0)))
     near, far = origin + (nearest - half) * ray, origin + (nearest + half) * ray
+    if half == 0.0 and miss < arm.upper_arm_m + TOUCHES_M:
+        return triple(near), []
     if half == 0.0:
         return triple(near), [
             f"{path}: arm.wrist_start_m is not given, and the patch's ray passes {miss - arm.upper_arm_m:.3f} m from "

@@ -85,21 +85,47 @@ def check(folder: Path | str, *, write: bool = False) -> Checkup:
         return Checkup(draft.folder, tuple(Finding("recording.toml", "wrong", fault) for fault in faults))
     found, laid_over, box = EXAMINE[draft.kind](draft)
     changes = {place: value for finding in found for place, value in finding.writes.items()}
-    if write and changes:
-        for finding in found:
-            for name, text in finding.files.items():
-                write_whole(draft.folder / name, text)
-        for place, value in changes.items():
-            draft.set(place, value)
-        draft.save()
     tracked = None
     if write or not changes:
+        before = draft.path.read_text("utf-8") if write and changes and not _why_not(draft.folder) else ""
+        if write and changes:
+            _write(draft, found, changes)
+        if before and (refused := _why_not(draft.folder)):
+            # What does not go together is not to spoil a recording that is there.
+            write_whole(draft.path, before)
+            found = [_taken_back(one, refused) for one in found]
         tracked, said = _whole(draft.folder)
         found += said if _is_clock_told(found) else [_as_open(one) for one in said]
     else:
         words = "is tracked and looked at once what is found above is written (--write)"
         found.append(Finding("the whole recording", "cannot be told", words))
     return Checkup(draft.folder, tuple(found), laid_over, box, tracked)
+
+
+def _write(draft: Draft, found: Sequence[Finding], changes: Mapping[str, object]) -> None:
+    for finding in found:
+        for name, text in finding.files.items():
+            write_whole(draft.folder / name, text)
+    for place, value in changes.items():
+        draft.set(place, value)
+    draft.save()
+
+
+def _why_not(folder: Path) -> str:
+    """Why the recording is not loaded; empty where it is."""
+    try:
+        load(folder)
+    except (InputError, OSError) as error:
+        return str(error)
+    return ""
+
+
+def _taken_back(finding: Finding, refused: str) -> Finding:
+    """The same, of what would have been written, and with which the recording is refused."""
+    if not finding.writes:
+        return finding
+    words = f"{finding.evidence}; it is not written: with what was found the recording is refused ({refused})"
+    return replace(finding, verdict="cannot be told", evidence=words, writes={})
 
 
 def _is_clock_told(findings: Sequence[Finding]) -> bool:
