@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,10 @@ def named() -> dict[str, dict[str, float]]:
     return {name.upper(): one for name, one in zip(MODELS["blazepose_33"], landmarks(), strict=True)}
 
 
+def numbered() -> list[dict[str, float]]:
+    return [{"id": k, **one} for k, one in enumerate(landmarks())]
+
+
 WORLD = [{"x": 0.1, "y": 0.2, "z": 0.3, "visibility": 1.0}] * 33
 PARTS = [
     {"part": joint, "position": dict(zip("xy", place(joint), strict=True)), "score": 0.8} for joint in reversed(COCO)
@@ -48,6 +53,15 @@ PARTS = [
         {"fps": 30, "size": [640, 480], "frames": [{"frame": k, "landmarks": landmarks()} for k in range(3)]},
         {str(k): landmarks() for k in (2, 0, 1)},
         {f"frame_{k}": {"landmarks": named()} for k in range(3)},
+        {"fps": 30, "data": {"frames": {str(k): landmarks() for k in range(3)}}},
+        {"world_landmarks": [WORLD] * 3, "landmarks": [landmarks()] * 3},
+        [[{"frame": k, "landmarks": landmarks()} for k in range(3)]],
+        [{"frame": k, "lh": WORLD[:21], "pose_3d": WORLD, "pose_landmarks": landmarks()} for k in range(3)],
+        [{"frame": k, "landmarks": dict(sorted(named().items()))} for k in range(3)],
+        [{"frame": k, "landmarks": numbered()[k:] + numbered()[:k]} for k in range(3)],
+        [{"frame": k, "landmarks": {str(n): one for n, one in enumerate(landmarks())}} for k in range(3)],
+        [{"frame": k, "keypoints": PARTS[k:] + PARTS[:k]} for k in range(3)],
+        [{"frame": k, "landmarks": numbered()[: 25 + k]} for k in range(3)],
     ],
 )
 def test_every_layout_of_landmarks(tmp_path: Path, frames: Any) -> None:
@@ -70,8 +84,38 @@ def test_frames_and_times_are_those_of_the_records(tmp_path: Path) -> None:
 
 def test_a_file_a_frame(tmp_path: Path) -> None:
     for k in range(3):
-        (tmp_path / f"frame_{k:05d}.json").write_text(json.dumps({"landmarks": landmarks()}), "utf-8")
+        by_name = {"landmarks": dict(sorted(named().items()))}
+        (tmp_path / f"frame_{k:05d}.json").write_text(json.dumps(by_name), "utf-8")
     is_right(read_keypoints(tmp_path))
+    (tmp_path / "frame_00003.json").write_text("{}", "utf-8")
+    keypoints = read_keypoints(tmp_path)
+    assert np.isfinite(keypoints.points[..., 0]).all(axis=(1, 2)).tolist() == [True, True, True, False]
+
+
+@pytest.mark.parametrize(
+    "people",
+    [
+        [landmarks(), landmarks()],
+        {"0": landmarks(), "1": landmarks()},
+        {"person_0": {"landmarks": landmarks()}, "person_1": {"landmarks": landmarks()}},
+    ],
+)
+def test_nobody_of_several_is_lost(tmp_path: Path, people: Any) -> None:
+    path = tmp_path / "pose.json"
+    path.write_text(json.dumps([{"frame": k, "people": people} for k in range(3)]))
+    keypoints = read_keypoints(path)
+    assert keypoints.points.shape[:2] == (3, 2)
+    assert np.isfinite(keypoints.points[..., 0]).all()
+
+
+@pytest.mark.parametrize("nobody", [{"frame": 1}, {"frame": 1, "detected": False}, {"frame": 1, "landmarks": {}}, None])
+def test_frames_without_anybody(tmp_path: Path, nobody: Any) -> None:
+    path = tmp_path / "pose.jsonl.json"
+    frames = [{"frame": 0, "landmarks": landmarks()}, nobody, {"frame": 2, "landmarks": landmarks()}]
+    path.write_text("\n".join(map(json.dumps, frames)), "utf-8")
+    keypoints = read_keypoints(path)
+    assert keypoints.frames.tolist() == ([0, 1, 2] if nobody else [0, 2])
+    assert np.isfinite(keypoints.points[[0, -1], :, :, 0]).all()
 
 
 def yolo(parts: int, after: str = "") -> str:
@@ -82,10 +126,14 @@ def yolo(parts: int, after: str = "") -> str:
 
 @pytest.mark.parametrize(("parts", "after"), [(3, ""), (3, " 0.87"), (3, " 0.87 1"), (2, ""), (2, " 0.87")])
 def test_yolo(tmp_path: Path, parts: int, after: str) -> None:
+    (tmp_path / "classes.txt").write_text("person\nball\n")
+    (tmp_path / "clip_4.txt").write_text("32 0.5 0.5 0.1 0.1\n")
+    (tmp_path / "clip_5.txt").touch()
     for k in (1, 2, 10):
         (tmp_path / f"clip_{k}.txt").write_text(2 * yolo(parts, after), "utf-8")
     keypoints = read_keypoints(tmp_path)
-    assert keypoints.frames.tolist() == [0, 1, 9]
+    assert keypoints.frames.tolist() == [0, 1, 3, 4, 9]
+    keypoints = dataclasses.replace(keypoints, points=keypoints.points[[0, 1, 4]])
     assert keypoints.is_share
     assert keypoints.points.shape[1] == 2
     left_wrist = keypoints.points[:, 0, KEYPOINTS.index("left_wrist"), :2]
@@ -94,7 +142,7 @@ def test_yolo(tmp_path: Path, parts: int, after: str) -> None:
 
 def test_what_is_wrong_is_named(tmp_path: Path) -> None:
     path = tmp_path / "pose.json"
-    path.write_text(json.dumps([{"frame": 0, "landmarks": landmarks()}, {"frame": 1}]))
+    path.write_text(json.dumps([{"frame": 0, "landmarks": landmarks()}, {"frame": 1, "landmarks": [[1, 2]]}]))
     with pytest.raises(pt.InputError, match=r"pose.json: entry 1 of the frames holds no landmarks with x and y"):
         read_keypoints(path)
     path.write_text(json.dumps([[*landmarks()[:32], {"x": "left", "y": 1}]]))
@@ -102,6 +150,12 @@ def test_what_is_wrong_is_named(tmp_path: Path) -> None:
         read_keypoints(path)
     path.write_text(json.dumps([landmarks()[:20]]))
     with pytest.raises(pt.InputError, match=r"people have 20 keypoints, expected"):
+        read_keypoints(path)
+    path.write_text(json.dumps({name: [{"frame": 0, "landmarks": landmarks()}] for name in ("person_0", "person_1")}))
+    with pytest.raises(pt.InputError, match=r"has several lists of frames \(person_0, person_1\), expected one"):
+        read_keypoints(path)
+    path.write_text(json.dumps([[{"name": "tail", **one}] for one in landmarks()[:3]]))
+    with pytest.raises(pt.InputError, match=r"landmarks are called tail, expected such as left_wrist"):
         read_keypoints(path)
     labels = tmp_path / "labels"
     labels.mkdir()

@@ -204,7 +204,7 @@ def write(path: Path, text: str) -> Path:
         (lambda p: write(p / "a.json", "{"), "a.json: is not JSON"),
         (lambda p: write(p / "a.json", "[" * 100000), "a.json: is not JSON"),
         (lambda p: write(p / "a.json", "3"), "is neither MMPose's, COCO's"),
-        (lambda p: write(p / "a.json", "[{}]"), "an entry has no image_id"),
+        (lambda p: write(p / "a.json", "[{}]"), "entry 0 has no image_id"),
         (lambda p: write(p / "a.json", '[{"image_id": 1.5, "keypoints": []}]'), "a frame is '1.5', expected a frame"),
         (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2]}]'), "expected x, y and confidence"),
         (lambda p: write(p / "a.json", '[{"image_id": 1, "keypoints": [1, 2, 1e999]}]'), "keypoints hold inf"),

@@ -9,7 +9,7 @@ from typing import Any
 
 from pytracker._core import InputError
 from pytracker.formats.keypoints.by_frame import by_frame, flat, names_in_order
-from pytracker.formats.keypoints.landmarks import landmarks_of, read_landmarks
+from pytracker.formats.keypoints.landmarks import as_persons, landmarks_of, read_landmarks
 from pytracker.formats.keypoints.log import Keypoints
 from pytracker.formats.keypoints.rows import numbers_of
 from pytracker.formats.keypoints.yolo import read_yolo
@@ -25,29 +25,42 @@ INSTANCES = ("instance_info", "instances")
 
 
 def _parsed(path: Path) -> Any:
+    """What is in it; of JSON Lines a list."""
+    text = path.read_text("utf-8-sig", errors="replace")
     try:
-        return json.loads(path.read_text("utf-8-sig"))
+        return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: is not JSON: {str(error)[:200] or 'too deep'}") from None
+        why = f"{path}: is not JSON: {str(error)[:200] or 'too deep'}"
+    try:
+        lines = [json.loads(line) for line in text.splitlines() if line.strip()]
+    except (ValueError, RecursionError):
+        raise InputError(why) from None
+    return lines
 
 
 def read_folder(path: Path, model: str) -> Keypoints:
     """One file a frame, numbered in its name. Raises `InputError`."""
-    files = sorted(path.glob("[!.]*.json"))
-    if not files and (texts := sorted(path.glob("[!.]*.txt"))):
+    files, texts = sorted(path.glob("[!.]*.json")), sorted(path.glob("[!.]*.txt"))
+    if len(texts) > len(files):
         return read_yolo(texts)
     if not files:
-        below = sorted({file.parent.name for file in path.glob("*/*.json")})
+        below = sorted({file.parent.name for kind in ("json", "txt") for file in path.glob(f"*/*.{kind}")})
         there = f" ({', '.join(below[:5])} below it do: is it one of these?)" if below else ""
         raise InputError(f"{path}: holds no .json file, expected one a frame{there}")
-    rows: dict[int, list[Array]] = {}
+    found: dict[int, tuple[Path, Any]] = {}
     for file, frame in zip(files, numbers_of([file.stem for file in files]), strict=True):
         if frame is None or frame > MOST_FRAMES:
             raise InputError(f"{file}: its name has no frame number, expected such as frame_000000000012.json")
-        if frame in rows:
+        if frame in found:
             raise InputError(f"{file}: is a second file of frame {frame}, expected one a frame: is it another clip's?")
-        rows[frame] = _people_of(file, _parsed(file))
-    return by_frame(path, rows, model)
+        found[frame] = file, _parsed(file)
+    landmarks = {frame: landmarks_of(data) for frame, (_, data) in found.items()}
+    if any(landmarks.values()):
+        for frame, people in landmarks.items():
+            if people is None:
+                raise InputError(f"{found[frame][0]}: holds no landmarks with x and y, expected them as in the others")
+        return as_persons(path, {frame: people or [] for frame, people in landmarks.items()}, model)
+    return by_frame(path, {frame: _people_of(*one) for frame, one in found.items()}, model)
 
 
 def _people_of(file: Path, data: Any) -> list[Array]:
@@ -57,9 +70,6 @@ def _people_of(file: Path, data: Any) -> list[Array]:
         found = [person.get("pose_keypoints_2d") for person in people if isinstance(person, dict)]
         # Of whom only hands or a face were found.
         return [flat(file, person) for person in found if person != []]
-    landmarks = landmarks_of(file, data)
-    if landmarks is not None:
-        return landmarks
     instances = next((data[key] for key in INSTANCES if key in data), None) if isinstance(data, dict) else data
     if not isinstance(instances, list):
         raise InputError(f"{file}: has no list of people, expected OpenPose's JSON, or MMPose's of one frame")
@@ -94,9 +104,11 @@ def _coco(path: Path, data: Any, model: str) -> Keypoints:
         data = data.get("annotations")
     if not isinstance(data, list):
         raise InputError(f"{path}: is neither MMPose's, COCO's, AlphaPose's nor MediaPipe's JSON, expected one of them")
-    for one in data:
+    for k, one in enumerate(data):
         if not isinstance(one, dict) or "image_id" not in one:
-            raise InputError(f"{path}: an entry has no image_id, expected one and keypoints")
+            raise InputError(
+                f"{path}: entry {k} has no image_id, expected one and keypoints (COCO), or landmarks with x and y"
+            )
         if listed and _id(one) not in listed:
             raise InputError(
                 f"{path}: keypoints are of image_id {_id(one)[:80]}, which is not among those of the "

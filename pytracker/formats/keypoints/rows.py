@@ -32,14 +32,15 @@ APPENDED = re.compile(r"(\.mp4)?\.rf\.[0-9a-z]+(?=\.)", re.IGNORECASE)
 INDEX = ("", "index", "idx", "id", "unnamed: 0")
 """What the first column is called that pandas wrote as its index."""
 TIME = re.compile(
-    r"(frame[ _]?)?(time[ _]?(stamp)?|elapsed([ _]?time)?|pts|t)([ _]*[(\[]?(?P<unit>s|secs?|seconds|ms|us|ns)[)\]]?)?"
+    r"((frame|video|media|current|pts)[ _]?)?(time[ _]?(stamp)?|elapsed([ _]?time)?|pts|t)"
+    r"([ _]*(in[ _])?[(\[]?(?P<unit>s|secs?|seconds|ms|msec|us|ns)[)\]]?)?|(pos[ _]?)?(?P<alone>secs?|seconds|ms|msec)"
 )
 """A column of their times."""
 OF_DAY = re.compile(r"(?:(\d+):)?(\d+):(\d+(?:\.\d+)?)")
 MOST_FRAMES = 100_000_000
 UNITS_S = ((0.5, 1.0), (500.0, 1e-3), (5e5, 1e-6), (np.inf, 1e-9))
 """Frames that are less than so far apart are in this unit, s: no detector is slower than two a second."""
-SAID_S = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+SAID_S = {"s": 1.0, "sec": 1.0, "secs": 1.0, "seconds": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "ns": 1e-9}
 LONGEST_S = 24 * 3600.0
 """Times that begin later are those of a clock, not of the video."""
 
@@ -75,9 +76,9 @@ def rows_of(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], ot
     by_row = np.arange(len(rows), dtype=np.int64)
     if timing is not None:
         said, column = TIME.fullmatch(names[timing]), columns[timing]
-        unit = "s" if any(OF_DAY.fullmatch(cell) for cell in column) else said and said["unit"]
+        unit = "s" if any(OF_DAY.fullmatch(cell) for cell in column) else said and (said["unit"] or said["alone"])
         return Rows(by_row, *_times(path, np.array([_number(cell) for cell in column]), SAID_S.get(unit or "")))
-    unknown = [header[k] or f"column {k + 1}" for k in columns if len(rows) > 1 and _increases(columns[k])]
+    unknown = [header[k] or f"column {k + 1}" for k in columns if len(rows) > 1 and _increases(columns[k], are_whole=False)]
     words = f"{path}: {', '.join(unknown)[:120]} says nothing that is known, expected frame or time_s: rows are counted"
     return Rows(by_row, None, (words,) if unknown else ())
 
@@ -125,10 +126,11 @@ def numbers_of(names: Sequence[str]) -> list[int | None]:
     return [int(found[counting]) if found else None for found in runs]
 
 
-def _increases(column: Sequence[str]) -> bool:
-    """Whether whole numbers do, cell by cell."""
+def _increases(column: Sequence[str], *, are_whole: bool = True) -> bool:
+    """Whether numbers do, cell by cell."""
     found = np.array([_number(cell) for cell in column])
-    return bool(np.isfinite(found).all() and (found == np.rint(found)).all() and (np.diff(found) > 0).all())
+    is_whole = not are_whole or bool((found == np.rint(found)).all())
+    return bool(np.isfinite(found).all() and is_whole and (np.diff(found) > 0).all())
 
 
 def _number(cell: str) -> float:
