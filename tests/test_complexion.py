@@ -12,10 +12,11 @@ import pytest
 import pytracker as pt
 from pytracker.evidence.picture.complexion import TYPICAL_BGR, gains_of_face, red_is_blue
 from pytracker.evidence.picture.silhouette import Silhouette
+from pytracker.evidence.picture.smaller import smaller
 from pytracker.evidence.picture.thresholds import SilhouetteParameters
 from pytracker.evidence.senses import senses_of
 from pytracker.formats.truth_csv import read_truth_csv
-from pytracker.formats.video import Image
+from pytracker.formats.video import Image, frames
 
 HEAD = np.array([60.0, 40.0])
 PX_PER_M = 100.0
@@ -173,6 +174,22 @@ def test_people_without_colour(shared: Callable[[str], Path], tmp_path: Path) ->
     assert any("has no colour" in words for words in pt.doubts(track))
     assert not track.valid.any()
     assert all("without colour" in reason for reason in track.reason)
+
+
+def test_without_colour_what_is_darker_is_no_shadow(shared: Callable[[str], Path], tmp_path: Path) -> None:
+    """Half of the person was: right keypoints were called another clip's."""
+    folder = shared("recordings/people-gesture-31")
+    coloured = pt.load(folder)
+    assert isinstance(coloured, pt.BodyRecording)
+    grey = changed(folder, tmp_path, lambda image: cast(image[..., 1:2].repeat(3, axis=2), (1.0, 1.0, 1.0)), 2)
+    seen = []
+    for recording in (coloured, grey):
+        senses = senses_of(recording)
+        assert senses.silhouette is not None
+        assert recording.view.video is not None
+        image = smaller(next(frames(recording.view.video)).image, senses.shrunk)
+        seen.append((senses.silhouette(image).foreground > 0).sum())
+    assert seen[1] > 0.7 * seen[0]
 
 
 @pytest.mark.parametrize("gain", [0.45, 0.65])

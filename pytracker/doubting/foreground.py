@@ -61,10 +61,11 @@ def _of_shares(track: BodyTrack) -> tuple[str, ...]:
         return ()
     share, least = (first, FIRST_ON_PERSON) if is_first_off else (all_frames, LEAST_ON_PERSON)
     others = "" if track.points_off_skin_m[0] < ON_SKIN_M else "are these of another clip or size than the video, "
+    without = ", without colour" if track.is_grey else ""
     return (
         f"{where_of(track.recording)}: {share:.0%} of trunk and arms lie on the foreground, expected {least:.0%} at "
         f"least, though the arms are where their keypoints are: {others}does the background hold a part of the person "
-        "(camera.background names one without), or is the person too like it, or in too dim a light?",
+        f"(camera.background names one without), or is the person too like it{without}, or in too dim a light?",
     )
 
 

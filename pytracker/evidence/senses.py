@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from pytracker.evidence.picture.background import median_of, sampled, without_person
-from pytracker.evidence.picture.complexion import gains_of_face, red_is_blue
+from pytracker.evidence.picture.complexion import gains_of_face, is_grey, red_is_blue
 from pytracker.evidence.picture.silhouette import BodyEvidence, Silhouette, check_order
 from pytracker.evidence.picture.smaller import place_in_smaller, smaller, smaller_frames, times_smaller
 from pytracker.evidence.picture.thresholds import SilhouetteParameters
@@ -92,5 +92,9 @@ def senses_of(recording: BodyRecording) -> Senses:
         hands = np.stack([recording.skeleton.below(forearm) for forearm in ("lradius", "rradius")])
         bones = np.stack([starts[0], ends[0]], axis=1)
         background = without_person(samples, smaller(first, times), camera, bones, hands)
-    silhouette = Silhouette(background, px_per_m, SilhouetteParameters(gains=gains))
+    parameters = SilhouetteParameters(gains=gains)
+    if is_grey(smaller(first, times)) and is_grey(background):
+        # Without colour all that is darker than what is behind it would be its shadow.
+        parameters = dataclasses.replace(parameters, shadow_chroma=0)
+    silhouette = Silhouette(background, px_per_m, parameters)
     return Senses(recording, silhouette, times, red_is_blue=is_exchanged)

@@ -78,7 +78,9 @@ def rows_of(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], ot
         said, column = TIME.fullmatch(names[timing]), columns[timing]
         unit = "s" if any(OF_DAY.fullmatch(cell) for cell in column) else said and (said["unit"] or said["alone"])
         return Rows(by_row, *_times(path, np.array([_number(cell) for cell in column]), SAID_S.get(unit or "")))
-    unknown = [header[k] or f"column {k + 1}" for k in columns if len(rows) > 1 and _increases(columns[k], are_whole=False)]
+    unknown = [
+        header[k] or f"column {k + 1}" for k in columns if len(rows) > 1 and _increases(columns[k], are_whole=False)
+    ]
     words = f"{path}: {', '.join(unknown)[:120]} says nothing that is known, expected frame or time_s: rows are counted"
     return Rows(by_row, None, (words,) if unknown else ())
 
