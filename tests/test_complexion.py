@@ -178,7 +178,7 @@ def test_people_without_colour(shared: Callable[[str], Path], tmp_path: Path) ->
 
 def test_without_colour_what_is_darker_is_no_shadow(shared: Callable[[str], Path], tmp_path: Path) -> None:
     """Half of the person was: right keypoints were called another clip's."""
-    folder = shared("recordings/people-gesture-31")
+    folder = shared("recordings/people-gesture-22")
     coloured = pt.load(folder)
     assert isinstance(coloured, pt.BodyRecording)
     grey = changed(folder, tmp_path, lambda image: cast(image[..., 1:2].repeat(3, axis=2), (1.0, 1.0, 1.0)), 2)
