@@ -17,6 +17,8 @@ from test_body_senses import load, with_keypoints, without
 from test_people import KEPT_BACK, WRISTS, errors
 
 import pytracker as pt
+from pytracker._core import KEYPOINTS
+from pytracker.evidence.pose.points_borne_out import median_off_m, worst_arm_off_m
 from pytracker.rotation import Array
 from pytracker.setup import check
 
@@ -121,7 +123,22 @@ def test_keypoints_alone_that_do_not_bear_the_pose_out_are_told(sensed: Path, tm
     (doubt,) = pt.doubts(pt.track(changed_points(recording, shifted), pt.Partitioned(), 1))
     assert "frames, first in frame 30, keypoints are of somebody else than the first pose's person" in doubt
     (doubt,) = pt.doubts(pt.track(changed_points(recording, narrow), pt.Partitioned(), 1))
-    assert re.search(r"the keypoints of the arms lie \d+ cm beside the first pose, expected at most 7 cm", doubt)
+    assert re.search(r"the keypoints of an arm lie \d+ cm beside the first pose, expected at most 7 cm", doubt)
+
+
+def test_one_arm_that_is_elsewhere_at_first_is_told(sensed: Path) -> None:
+    """Of both arms together it was not: the wrist was 15 cm off, half of it valid and wrong."""
+    recording = load(sensed)
+    joints = {name: places[0] for name, places in recording.skeleton.joints(recording.initial[None]).items()}
+    points = np.full((len(KEYPOINTS), 3), np.nan)
+    for row, name in enumerate(KEYPOINTS):
+        if name in joints:
+            points[row] = [*recording.view.camera.project(joints[name][None])[0], 1.0]
+    assert worst_arm_off_m(recording.view.camera, joints, points) < 0.01
+    for joint in ("left_elbow", "left_wrist"):
+        points[KEYPOINTS.index(joint), 0] += 0.3 * float(recording.view.camera.px_per_m(joints[joint][None])[0])
+    assert worst_arm_off_m(recording.view.camera, joints, points) == pytest.approx(0.3, abs=0.01)
+    assert median_off_m(recording.view.camera, joints, points) < 0.01
 
 
 @pytest.mark.parametrize(

@@ -185,7 +185,7 @@ def _of_points_beside(track: BodyTrack) -> tuple[str, ...]:
     where = where_of(track.recording)
     if track.points_off_m > POINTS_OFF_M:
         return (
-            f"{where}: at the first frame the keypoints of the arms lie {100 * track.points_off_m:.0f} cm beside the "
+            f"{where}: at the first frame the keypoints of an arm lie {100 * track.points_off_m:.0f} cm beside the "
             f"first pose, expected at most {100 * POINTS_OFF_M:.0f} cm: check the first pose, the camera, and that "
             "the keypoints are of this video and of its size (without a video, size_px)",
         )

@@ -17,7 +17,7 @@ from pytracker.evidence.points.followed import followed
 from pytracker.evidence.points.late import LATE, MIRRORED, Counted, points_late_of
 from pytracker.evidence.pose.borne_out import head_off
 from pytracker.evidence.pose.facing import FaceSeen
-from pytracker.evidence.pose.points_borne_out import median_off_m
+from pytracker.evidence.pose.points_borne_out import median_off_m, worst_arm_off_m
 from pytracker.evidence.senses import senses_of
 from pytracker.evidence.sightings import Progress, Sightings
 from pytracker.formats.video import Image
@@ -75,7 +75,7 @@ class BodyTrack(Track):
         head_off_m: how far the person's head is right of and below the skeleton's at the first frame `(2,)`, m.
         face_on_back: share of the head that is skin, where most frames have the skeleton seen from behind; else 0.
         points: keypoints of who is tracked: u, v and standard deviation, px `(T, 9, 3)`; NaN where there are none.
-        points_off_m: how far keypoints lie from the first pose across the picture, the median of the arms', m.
+        points_off_m: how far keypoints lie from the first pose across the picture, the median of an arm's, m.
         points_astray_m: the same of the pose of every frame `(T,)`; NaN where there are none.
         points_late: how keypoints are counted otherwise, and by how much nearer to skin wrists then lie than as they
             are counted, m; as they are counted and 0 where nothing else is told.
@@ -144,7 +144,7 @@ class _Watched:
         evidence, first, camera = observation.evidence, self._pictures.first, self._recording.view.camera
         if not self.people:
             theirs, _ = followed(camera, first, evidence.keypoints)
-            self.points_off_m = median_off_m(camera, first, theirs)
+            self.points_off_m = worst_arm_off_m(camera, first, theirs)
         self.people.append((observation.time_s, evidence.keypoints))
         if self._recording.has_picture:
             means, sds = ({name: row[name][quantity] for name in KEY_JOINTS} for quantity in (0, 2))

@@ -11,8 +11,9 @@ from pytracker.evidence.pose.lately import Lately, median_of_known
 from pytracker.recording.camera import Camera, WeakPerspective
 from pytracker.rotation import Array
 
-__all__ = ["PointsBorneOut", "median_off_m"]
+__all__ = ["PointsBorneOut", "median_off_m", "worst_arm_off_m"]
 
+SIDES = ("left", "right")
 ELSEWHERE_M = 0.15
 """A joint so far from its point is not where it is thought to be; right ones are 2 to 4 cm off."""
 
@@ -45,6 +46,13 @@ class PointsBorneOut:
 def median_off_m(camera: Camera | WeakPerspective, joints: Mapping[str, Array], points: Array | None) -> float:
     """How far points `(9, 3)`, px, are off joints, the median of `LIMBS`, m; NaN where none is seen."""
     return float(median_of_known(_off_m(camera, joints, points)[:, None])[0])
+
+
+def worst_arm_off_m(camera: Camera | WeakPerspective, joints: Mapping[str, Array], points: Array | None) -> float:
+    """The same of the three joints of the arm of which it is larger."""
+    off_m = _off_m(camera, joints, points)
+    of_each = median_of_known(np.stack([off_m[[name.startswith(side) for name in LIMBS]] for side in SIDES], axis=1))
+    return float(np.fmax(*of_each))
 
 
 def _off_m(camera: Camera | WeakPerspective, joints: Mapping[str, Array], points: Array | None) -> Array:
