@@ -175,3 +175,24 @@ def test_what_a_recording_would_be_refused_with_is_not_written(
     assert found["mount"].verdict == "cannot be told"
     assert "it is not written: with what was found the recording is refused" in found["mount"].evidence
     assert found["the track"].verdict == "right"
+
+
+def test_a_sensors_file_that_does_not_say_all_of_itself_is_begun_with(simulated: Path, tmp_path: Path) -> None:
+    """There was no recording.toml to write into what was asked for."""
+    times, *rows = (row.split(",") for row in (simulated / "imu.csv").read_text("utf-8").splitlines())
+    header = ",".join(["Zeit", *times[1:]])
+    (tmp_path / "imu.csv").write_text("\n".join([header, *(",".join(row) for row in rows)]), "utf-8")
+    folder = tmp_path / "begun"
+    path = pt.setup.init(folder, video=simulated / "video.mp4", imu=tmp_path / "imu.csv")
+    text = path.read_text("utf-8")
+    assert "# missing here: " in text
+    assert "columns = { time_s = " in text
+    found = {finding.what: finding for finding in pt.setup.check(folder).findings}
+    assert found["IMU"].verdict == "wrong"
+    names = ", ".join(f'{name} = "{name}"' for name in times[1:])
+    path.write_text(text.replace("[[imu]]\n", f'[[imu]]\ncolumns = {{ time_s = "Zeit", {names} }}\n'), "utf-8")
+    found = {finding.what: finding for finding in pt.setup.check(folder).findings}
+    assert found["rate and gaps"].verdict == "right"
+    (tmp_path / "imu.csv").write_text("", "utf-8")
+    with pytest.raises(pt.InputError):
+        pt.setup.init(tmp_path / "other", video=simulated / "video.mp4", imu=tmp_path / "imu.csv")

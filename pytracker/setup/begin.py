@@ -27,6 +27,8 @@ __all__ = ["init"]
 PHONE_FOCAL = 0.8
 """Focal length of a phone's main camera while it films, as a share of the picture's longer side: 0.65 to 0.95."""
 PHONE_FOCAL_SD = 0.1
+ASKED = ("rate_hz in [[imu]]", "columns = {")
+"""What a sensor's file that does not say all of itself is read by, once recording.toml says it."""
 
 
 def init(
@@ -159,7 +161,14 @@ def _camera(
 
 
 def _imu(folder: Path, file: Path, segment: str) -> list[str]:
-    name, log = _named(folder, file), read_imu(file, segment=segment)
+    name = _named(folder, file)
+    try:
+        log = read_imu(file, segment=segment)
+    except InputError as error:
+        if not any(key in str(error) for key in ASKED):
+            raise
+        words = " ".join(str(error).split())
+        return ["[[imu]]", f"file = {name}", f"# missing here: {words}", f"# then {check_command(folder)}", ""]
     has = [
         words
         for words, there in (("gyr", log.gyr), ("mag", log.mag), ("orientation", log.q_world_sensor))
