@@ -322,3 +322,27 @@ def test_a_magnetometer_that_pauses_is_one(tmp_path: Path) -> None:
     found = read(lambda k: ",," if k % 199 else "20,-5,-40" if k else "20,-4,-40")
     assert "the magnetometer says nothing for 3.32 s, so the heading is arbitrary" in found.warnings[-1]
     assert "the magnetometer says nothing, or always the same" in read(lambda _: "0,0,0").warnings[-1]
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        ("time,acc_x,acc_y,acc_z,gyr_x,gyr_y,gyr_z", "ms,g,g,g,deg/s,deg/s,deg/s"),
+        ("timestamp;ax;ay;az;gx;gy;gz", "[ms];[g];[g];[g];[dps];[dps];[dps]"),
+    ],
+)
+def test_units_in_a_row_of_their_own(tmp_path: Path, names: str, units: str) -> None:
+    """Of spreadsheets: the row was refused as no number."""
+    delimiter = ";" if ";" in names else ","
+    rows = [delimiter.join(map(str, (10 * k, 0.1, 0, 1, 90, 0, k))) for k in range(20)]
+    (tmp_path / "imu.csv").write_text("\n".join([names, units, *rows]), "utf-8")
+    log = read_imu(tmp_path / "imu.csv")
+    assert log.acc is not None
+    assert log.gyr is not None
+    assert log.time_s[:2] == pytest.approx([0.0, 0.01])
+    assert log.acc[0] == pytest.approx([0.980665, 0.0, 9.80665])
+    assert log.gyr[0, 0] == pytest.approx(np.pi / 2)
+    assert log.lines[0] == 3
+    (tmp_path / "imu.csv").write_text("\n".join([names, units.replace("g", "?"), *rows]), "utf-8")
+    with pytest.raises(pt.InputError, match="expected a number"):
+        read_imu(tmp_path / "imu.csv")

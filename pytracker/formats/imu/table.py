@@ -93,8 +93,24 @@ def header_of(lines: list[str], columns: Collection[str] = ()) -> Header:
         devices = devices_of_shimmer(names)
         units = [unit.strip().strip('"') for unit in below]
         names, first = of_shimmer(names, units) if len(devices) < 2 else names, first + 1
+    elif with_units := _with_units(names, below):
+        names, first = names if columns else with_units, first + 1
     # A comma at the end of every line begins no column.
     return Header(first + 1, delimiter, tuple(names if names[-1] else names[:-1]), lines, devices)
+
+
+def _with_units(names: list[str], below: list[str]) -> list[str]:
+    """The names with the units that stand in a row of their own below them; none where that is a row of numbers."""
+    units = [unit.strip(' "()[]') for unit in below]
+    if len(units) != len(names) or any(re.match(r"[-+.]?\d", unit) for unit in units):
+        return []
+    said = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
+    is_known = [bool(unit) and known_as(one) is not None for one, unit in zip(said, units, strict=True)]
+    is_odd = [bool(unit) and not known and (name in OURS or known_as(name) is not None)
+              for name, unit, known in zip(names, units, is_known, strict=True)]  # fmt: skip
+    if sum(is_known) < LEAST_KNOWN or any(is_odd):
+        return []
+    return [one if known else name for one, known, name in zip(said, is_known, names, strict=True)]
 
 
 def _names_all(columns: Collection[str], names: list[str]) -> bool:
