@@ -9,7 +9,7 @@ import numpy as np
 
 from pytracker._core import TrackingError
 from pytracker.doubting.clocks import of_clocks
-from pytracker.doubting.description import LEAST_FRAMES, PAUSE_S, of_description
+from pytracker.doubting.description import LEAST_FRAMES, PAUSE_S, of_description, of_last_frames
 from pytracker.doubting.patch_place import of_patch_place
 from pytracker.doubting.pauses import of_hanging
 from pytracker.doubting.swivel import hangs, surely_hangs
@@ -64,19 +64,16 @@ def _of_description_or_patch(track: ArmTrack, alone: ArmTrack | None, upper_arm:
     So does, as such a patch, a second sensor that points elsewhere, a clock, and whatever makes patch and sensor move
     unlike each other: beside these it is not asked for.
     """
-    described = _of_arm_alone(track, alone)
+    # By the patch and the forearm's sensor, whatever else there is: what is usual is known of these.
+    recording, sightings = _without_senses(track.recording, track.sightings)
+    described = of_description(recording, sightings, track.method.pixel_sd, track.method.velocity_start_sd)
+    if not described and (changed := of_last_frames(track, recording, sightings)):
+        return changed  # lengths, cameras and the patch's place would be bent by it
+    described = described or (() if alone is None else _of_setup(alone))
     unlike = np.mean([UNLIKE in reason for reason in track.reason])
     if upper_arm or unlike > MOST_UNLIKE or any("offset_s" in words for words in described):
         return described
     return *described, *of_patch_place(track)
-
-
-def _of_arm_alone(track: ArmTrack, alone: ArmTrack | None) -> tuple[str, ...]:
-    """By the patch and the forearm's sensor, whatever else there is: what is usual is known of these."""
-    recording, sightings = _without_senses(track.recording, track.sightings)
-    return of_description(recording, sightings, track.method.pixel_sd, track.method.velocity_start_sd) or (
-        () if alone is None else _of_setup(alone)
-    )
 
 
 def _tracked_alone(track: ArmTrack) -> ArmTrack | None:

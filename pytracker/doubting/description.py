@@ -9,22 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pytracker._core import InputError, TrackingError
-from pytracker.doubting.suspects import AFTER_PAUSE, MIRRORED, Suspect, suspects
+from pytracker.doubting.suspects import AFTER_PAUSE, HEADING, MIRRORED, Suspect, suspects
 from pytracker.evidence.sightings import Sightings
 from pytracker.methods.arm import ArmMethod, Ekf, Mixture
-from pytracker.recording.recording import ArmRecording
-from pytracker.rotation import Array
-from pytracker.tracking.arm import filter_arm
+from pytracker.recording.recording import ArmRecording, Imu
+from pytracker.rotation import Array, triple
+from pytracker.tracking.arm import ArmTrack, filter_arm
 from pytracker.tracking.tracks import where_of
 
-__all__ = ["LEAST_FRAMES", "PAUSE_S", "of_description"]
+__all__ = ["LEAST_FRAMES", "PAUSE_S", "of_description", "of_last_frames"]
 
 PROBE = Mixture(components=1)
 """Fast, and its log evidence is that of what was seen: for any suspect."""
 
 HELD = Ekf(corrections=("colour", "arm_length"), bias=True, accel_density=0.15, arm_length_sd_m=0.03)
 """Its log evidence is the arm's length's too, which a heading contradicts most; and any living arm by centimetres."""
-HELD_SUSPECTS = ("heading_deg", "offset_s", MIRRORED, AFTER_PAUSE)
+HELD_SUSPECTS = (HEADING, "offset_s", MIRRORED, AFTER_PAUSE)
 
 LOST = -1e3
 SETTLED_S = 0.5
@@ -48,10 +48,14 @@ beaten by 45, the others by 34 at most."""
 
 CERTAIN_HELD = 0.4
 """The same of each frame where the arm's length counts; right ones that are worn, of four views, have 0.26 at most, of
-headings 20° off 0.6 at least, or nothing tells them."""
+headings 20° off 0.6 at least, or nothing tells them. In the last frames 190 right ones have 0.33 at most."""
 
 AS_GOOD = 8.0
 """Descriptions that are as good as the best but for this cannot be told from it."""
+
+
+AMID_M, AMID_M_S = 0.1, 0.8
+"""How well a track knows wrist and velocity where its last frames begin, m and m/s per axis."""
 
 
 @functools.lru_cache(maxsize=1)  # several methods on one recording share it
@@ -79,6 +83,44 @@ def of_description(recording: ArmRecording, sightings: Sightings, pixel_sd: floa
             f"+{gain:.0f}, expected less than +{certain:g} of any change): check {best.kind}{alike}",
         )
     return ()
+
+
+def of_last_frames(track: ArmTrack, recording: ArmRecording, sightings: Sightings) -> tuple[str, ...]:
+    """A sentence where the last frames of a longer recording ask for another heading, which the first did not.
+
+    So does an orientation that drifts about the vertical, and a strap that slips. `recording` and `sightings` are what
+    they are asked of, `track` says where the wrist was.
+    """
+    sightings = sightings.last(MOST_FRAMES)
+    first = int(np.searchsorted(track.time_s, sightings.time_s[0]))
+    wrist_m = track.joints["wrist"].mean[first]
+    if first < LEAST_FRAMES or not np.isfinite(wrist_m).all():
+        return ()
+    arm = dataclasses.replace(recording.arm, wrist_start_m=triple(wrist_m))
+    recording = dataclasses.replace(recording, arm=arm, imus=(_from(recording.imus[0], sightings.time_s[0]),))
+    tried = [s for s in suspects(recording) if s.kind == HEADING]
+    for probe, certain in ((HELD, CERTAIN_HELD * len(sightings.time_s)), (PROBE, CERTAIN)):
+        method = dataclasses.replace(
+            probe, pixel_sd=track.method.pixel_sd, position_start_sd_m=AMID_M, velocity_start_sd=AMID_M_S
+        )
+        best, gain = max(_gains(recording, sightings, method, tried), key=lambda found: found[1])
+        if gain >= certain:
+            return (
+                f"{where_of(recording)}: from about {sightings.time_s[0]:.0f} s on camera and IMU agree better with "
+                f"{best.words} (log evidence +{gain:.0f}, expected less than +{certain:g} of any change), and did not "
+                "before: does the orientation drift about the vertical, did the sensor slip, or did the shoulder go?",
+            )
+    return ()
+
+
+def _from(imu: Imu, time_s: float) -> Imu:
+    """Its samples from about a time on."""
+    some = slice(max(0, int(np.searchsorted(imu.time_s, time_s - SETTLED_S))), None)
+    gyr = None if imu.gyr is None else imu.gyr[some]
+    q_world_segment = imu.q_world_segment[some]
+    return dataclasses.replace(
+        imu, time_s=imu.time_s[some], acc=imu.acc[some], gyr=gyr, q_world_segment=q_world_segment
+    )
 
 
 def _gains(

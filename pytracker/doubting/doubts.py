@@ -33,7 +33,7 @@ def doubts(track: Track) -> tuple[str, ...]:
 
     An arm's patch should move as its sensor does by the clocks that are given (`of_clocks`). Its first
     frames are tracked again under other descriptions (`description`): heading, clock, mount, lengths, shoulder, camera,
-    a mirrored picture. Where it was smoothed, lengths, shoulder and cameras
+    a mirrored picture; its last ones under other headings. Where it was smoothed, lengths, shoulder and cameras
     should be what they are said to be, and the patch where it is said to be. Where nothing of this was said, its elbow
     should hang below the line from shoulder to wrist; a sensor on the upper arm should point along it. Of a
     body's trunk and arms most should lie on the foreground, which should be no larger than a person, and its head be

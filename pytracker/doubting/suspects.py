@@ -19,7 +19,7 @@ from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion, triple
 
-__all__ = ["AFTER_PAUSE", "MIRRORED", "Suspect", "suspects"]
+__all__ = ["AFTER_PAUSE", "HEADING", "MIRRORED", "Suspect", "suspects"]
 
 HEADINGS_DEG = (-170.0, -90.0, -40.0, -20.0, -10.0, 10.0, 20.0, 40.0, 90.0)
 OFFSETS_S = (-0.8, -0.4, -0.2, -0.1, 0.1, 0.2, 0.4, 0.8)
@@ -29,6 +29,7 @@ LENGTHS = (0.8, 0.9, 1.1, 1.2)
 SHOULDER_M = (-0.2, -0.1, 0.1, 0.2)
 FOCALS = (0.7, 0.8, 0.9, 0.95, 1.05, 1.1, 1.2, 1.3)
 TURNS_DEG = (-10.0, -4.0, -1.5, 1.5, 4.0, 10.0)
+HEADING = "heading_deg"
 MIRRORED = "the video's left and right"
 AFTER_PAUSE = "the heading from its sensor's pause on"
 PAUSE_S, MOST_PAUSES = 1.0, 2
@@ -67,7 +68,7 @@ def suspects(recording: ArmRecording) -> Iterator[Suspect]:
 
 def _of_imu() -> Iterator[Suspect]:
     for degrees in HEADINGS_DEG:
-        yield Suspect("heading_deg", f"heading_deg turned by {degrees:+g}°", _turned_world([0.0, 0.0, degrees]))
+        yield Suspect(HEADING, f"heading_deg turned by {degrees:+g}°", _turned_world([0.0, 0.0, degrees]))
     for seconds in OFFSETS_S:
         yield Suspect("offset_s", f"offset_s changed by {seconds:+g} s", _imu(_later(seconds)))
     for (axis, name), degrees in itertools.product(enumerate("xyz"), MOUNTS_DEG):

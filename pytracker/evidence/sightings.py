@@ -114,6 +114,12 @@ class Sightings:
                 break
         return Sightings(self.time_s[kept], self.pixels[kept], tuple(self.reasons[frame] for frame in kept))
 
+    def last(self, count: int) -> Sightings:
+        """The last of them, likewise."""
+        new = self.first(len(self.time_s))
+        some = slice(max(0, len(new.time_s) - count), None)
+        return Sightings(new.time_s[some], new.pixels[some], new.reasons[some])
+
     @staticmethod
     def of(time_s: Array, pixels: Array, landmarks: tuple[Landmarks, ...] = ()) -> Sightings:
         """From centres `(T, 2)` or `(T, C, 2)` that came from elsewhere: another tracker, keypoints, a simulation."""
