@@ -15,7 +15,7 @@ from test_people import KEPT_BACK
 
 import pytracker as pt
 from pytracker._core import KEYPOINTS
-from pytracker.evidence.points.late import LATE, MIRRORED, Counted, PointsLate
+from pytracker.evidence.points.late import LATE, MIRRORED, PADDED, Counted, PointsLate
 from pytracker.evidence.senses import senses_of
 from pytracker.formats.keypoints.read import Keypoints
 from pytracker.rotation import Array
@@ -117,20 +117,43 @@ def test_keypoints_of_another_take_are_told(
     assert ("another take of the same person" in said) == is_told
 
 
-@pytest.mark.parametrize("is_mirrored", [True, False])
-def test_keypoints_of_a_mirrored_picture_are_told(
-    shared: Callable[[str], Path], tmp_path: Path, is_mirrored: bool
+def mirrored(points: Array, width: int) -> Array:
+    moved = points.copy()
+    moved[..., 0] = width - 1 - points[..., 0]
+    return moved
+
+
+def padded(points: Array, width: int) -> Array:
+    """Shares of a square about the picture, which is higher than wide, taken for shares of the picture."""
+    moved = points.copy()
+    moved[..., 0] = 0.5 * width + (points[..., 0] - 0.5 * width) * 270 / 480
+    return moved
+
+
+@pytest.mark.parametrize(
+    ("change", "said", "reason"),
+    [(mirrored, "found in a mirrored copy", MIRRORED), (padded, "shares of a square", PADDED), (None, "", "")],
+)
+def test_keypoints_of_a_mirrored_or_padded_picture_are_told(
+    shared: Callable[[str], Path],
+    tmp_path: Path,
+    change: Callable[[Array, int], Array] | None,
+    said: str,
+    reason: str,
 ) -> None:
-    """They look like a person's whose left and right are exchanged: wrists were 11 to 15 cm off, and all valid."""
+    """Those look like a person's whose left and right are exchanged: wrists were 11 to 15 cm off, and all valid.
+
+    These like a narrow one's: 5 to 20, and 12 to 48 from a first pose that was found by them.
+    """
     table = next(shared("data/people/gestures").glob("0_1_22_*mediapipe*"))
     recording = with_keypoints(shared("recordings/people-gesture-22"), table, tmp_path / "clip")
     keypoints = recording.view.keypoints
     assert keypoints is not None
-    points = keypoints.points * (np.array([-1.0, 1.0, 1.0]) if is_mirrored else 1.0)
-    points[..., 0] += (recording.view.size_px[0] - 1) * is_mirrored
+    points = keypoints.points if change is None else change(keypoints.points, recording.view.size_px[0])
     track = pt.track(with_points(recording, points), pt.Partitioned(particles=50), 1)
-    assert any("found in a mirrored copy" in words for words in pt.doubts(track)) == is_mirrored
-    assert all((MIRRORED in reason) == is_mirrored for reason in track.reason)
+    words = " ".join(pt.doubts(track))
+    assert said in words if said else not words
+    assert all(words == reason if not reason else reason in words for words in track.reason)
 
 
 def test_points_that_are_never_on_skin_are_not_called_late(sensed: Path) -> None:

@@ -96,12 +96,18 @@ def _of_others(track: BodyTrack) -> tuple[str, ...]:
 
 
 def _of_late_points(track: BodyTrack) -> tuple[str, ...]:
-    """A sentence where keypoints are of other frames than they are counted as, or of a mirrored picture."""
+    """A sentence where keypoints are of other frames than they are counted as, or of a mirrored or padded picture."""
     counted, nearer_m = track.points_late
     if track.points_mirrored:
         return (
             f"{where_of(track.recording)}: the keypoints of the wrists lie beside skin, and on it if the picture is "
             "mirrored: were they found in a mirrored copy of this video, as phones show who films themselves?",
+        )
+    if track.points_padded_m:
+        return (
+            f"{where_of(track.recording)}: the keypoints of the wrists lie nearer to skin, by "
+            f"{100 * track.points_padded_m:.1f} cm on average, if they are shares of a square that the picture was "
+            "padded to, as MoveNet and YOLO look at it, and not of the picture: write them as pixels of the video",
         )
     if counted == Counted():
         told = _of_another_take(track), _of_points_beside_skin(track)

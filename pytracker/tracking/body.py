@@ -14,7 +14,7 @@ from pytracker._core import KEY_JOINTS, KEYPOINTS, InputError, Observation, Trac
 from pytracker.evidence.picture.frozen import HUNG, Frozen
 from pytracker.evidence.picture.silhouette import BodyEvidence
 from pytracker.evidence.points.followed import followed
-from pytracker.evidence.points.late import LATE, MIRRORED, Counted, points_late_of
+from pytracker.evidence.points.late import LATE, MIRRORED, PADDED, Counted, points_late_of
 from pytracker.evidence.pose.borne_out import head_off
 from pytracker.evidence.pose.facing import FaceSeen
 from pytracker.evidence.pose.points_borne_out import median_off_m, worst_arm_off_m
@@ -80,6 +80,7 @@ class BodyTrack(Track):
         points_late: how keypoints are counted otherwise, and by how much nearer to skin wrists then lie than as they
             are counted, m; as they are counted and 0 where nothing else is told.
         points_mirrored: whether keypoints lie on skin if the picture they were found in is taken to be mirrored.
+        points_padded_m: by how much they lie nearer to skin if that was padded to a square, m; 0 where it was not.
         points_off_skin_m: how far from skin they lie as they are counted, on average, and its standard deviation, m;
             NaN where that is not told.
         points_beside_skin: how many points of wrists lie beside all skin, of one whose other wrist lies on it.
@@ -106,6 +107,7 @@ class BodyTrack(Track):
     points_astray_m: Array = field(default_factory=lambda: np.zeros(0))
     points_late: tuple[Counted, float] = (Counted(), 0.0)
     points_mirrored: bool = False
+    points_padded_m: float = 0.0
     points_off_skin_m: tuple[float, float] = NOT_TOLD
     points_beside_skin: int = 0
     points_exchanged: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
@@ -264,7 +266,9 @@ def _of_all_points(watched: _Watched) -> str:
     """Why none of a recording's keypoints are to be believed; empty where they are."""
     if watched.are_mirrored:
         return MIRRORED
-    return LATE if watched.late is not None and watched.late.found()[0] != Counted() else ""
+    if watched.late is None:
+        return ""
+    return PADDED if watched.late.nearer_without_padding_m else LATE if watched.late.found()[0] != Counted() else ""
 
 
 def _assemble(
@@ -304,6 +308,7 @@ def _assemble(
         points_astray_m=found.rows(np.array(watched.points_astray_m)),
         points_late=(Counted(), 0.0) if watched.late is None else watched.late.found(),
         points_mirrored=watched.are_mirrored,
+        points_padded_m=0.0 if watched.late is None else watched.late.nearer_without_padding_m,
         points_off_skin_m=NOT_TOLD if watched.late is None else watched.late.off_skin(),
         points_exchanged=np.array(watched.exchanged + [False] * (found.count - found.tracked)),
         shown=watched.shown,
