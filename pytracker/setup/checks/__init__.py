@@ -1,4 +1,4 @@
-"""The parts of a check: of a `camera`, an `imu`, which way is `down`, how it is `worn`, a `body`.
+"""The parts of a check: of an `arm` by its `camera`, its `imu`, which way is `down` and how it is `worn`; of a `body`.
 
 Each gives `findings`, a line each.
 """

@@ -6,7 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-__all__ = ["Finding", "Verdict"]
+from pytracker.rotation import Array
+
+__all__ = ["Examined", "Finding", "Verdict"]
 
 Verdict = Literal["right", "doubtful", "wrong", "cannot be told", "missing"]
 
@@ -32,6 +34,10 @@ class Finding:
     def __str__(self) -> str:
         written = "".join(f"\n    {place} = {_short(value)}" for place, value in self.writes.items())
         return f"{self.verdict:>14}  {self.what}: {self.evidence}{written}"
+
+
+Examined = tuple[list[Finding], tuple[Array, Array, Array] | None, tuple[int, ...] | None]
+"""Line by line, picture's and IMU's way laid over each other, and the patch's box (`pytracker.setup.check.Checkup`)."""
 
 
 def _short(value: object) -> str:
