@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pytracker.simulate.arm import ArmScene, ArmSimulation
+from pytracker.simulate.arm import ArmSimulation
+from pytracker.simulate.arm_scene import ArmScene
 from pytracker.simulate.body import BodyScene, simulate_body
 from pytracker.simulate.write import simulate_arm
 

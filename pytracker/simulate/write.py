@@ -12,7 +12,8 @@ from pytracker.output import whole_folder
 from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, rotate
-from pytracker.simulate.arm import IMAGE_SIZE, TRUTH_RATE_HZ, ArmScene, ArmSimulation
+from pytracker.simulate.arm import IMAGE_SIZE, TRUTH_RATE_HZ, ArmSimulation
+from pytracker.simulate.arm_scene import ArmScene
 from pytracker.simulate.scene import PATCH_HALF_M, render
 
 __all__ = ["simulate_arm"]
