@@ -13,12 +13,12 @@ from pytracker._core import InputError
 from pytracker.formats import video as videos
 from pytracker.formats.bvh import read_bvh
 from pytracker.formats.c3d import read_c3d
+from pytracker.formats.capture_csv import read_csv_markers
 from pytracker.formats.markers import Markers, check_times
 from pytracker.formats.mat import read_mat_points
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.storage import read_storage
 from pytracker.formats.trc import read_trc
-from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.recording.recording import PAUSES, Truth
 from pytracker.recording.schema import TruthEntry
 from pytracker.recording.truth.filled import without_filled
@@ -44,7 +44,7 @@ UP = {"arm": "z", "body": "y"}
 
 POINT_FORMATS: dict[str, Callable[[Path], Markers]] = {
     ".tsv": read_qualisys,
-    ".csv": read_truth_csv,
+    ".csv": read_csv_markers,
     ".trc": read_trc,
     ".c3d": read_c3d,
     ".mat": read_mat_points,
