@@ -34,6 +34,17 @@ def numbered() -> list[dict[str, float]]:
     return [{"id": k, **one} for k, one in enumerate(landmarks())]
 
 
+def numbers() -> list[list[float]]:
+    """As lists of x, y, z and visibility."""
+    return [list(one.values()) for one in landmarks()]
+
+
+def columns() -> dict[str, list[float]]:
+    """Of COCO's joints all x, all y and how sure each is, as Ultralytics' `to_json` has them."""
+    x, y = zip(*(place(joint) for joint in COCO), strict=True)
+    return {"x": [*x], "y": [*y], "visible": [0.8] * len(COCO)}
+
+
 WORLD = [{"x": 0.1, "y": 0.2, "z": 0.3, "visibility": 1.0}] * 33
 PARTS = [
     {"part": joint, "position": dict(zip("xy", place(joint), strict=True)), "score": 0.8} for joint in reversed(COCO)
@@ -58,6 +69,11 @@ PARTS = [
         [[{"frame": k, "landmarks": landmarks()} for k in range(3)]],
         [{"frame": k, "lh": WORLD[:21], "pose_3d": WORLD, "pose_landmarks": landmarks()} for k in range(3)],
         [{"frame": k, "landmarks": dict(sorted(named().items()))} for k in range(3)],
+        {f"{0.04 * k:.3f}": landmarks() for k in (2, 0, 1)},
+        [numbers()] * 3,
+        [[one[:3] for one in numbers()]] * 3,
+        {"frames": [{"frame": k, "landmarks": numbers()} for k in range(3)]},
+        [[{"name": "person", "box": {"x1": 1.0, "y1": 2.0}, "keypoints": columns()}] for _ in range(3)],
         [{"frame": k, "landmarks": numbered()[k:] + numbered()[:k]} for k in range(3)],
         [{"frame": k, "landmarks": {str(n): one for n, one in enumerate(landmarks())}} for k in range(3)],
         [{"frame": k, "keypoints": PARTS[k:] + PARTS[:k]} for k in range(3)],
@@ -80,6 +96,10 @@ def test_frames_and_times_are_those_of_the_records(tmp_path: Path) -> None:
     keypoints = read_keypoints(path)
     assert keypoints.time_s is not None
     assert np.allclose(keypoints.time_s, [0.0, 0.033, 0.067])
+    path.write_text(json.dumps({"10.0": landmarks(), "9.96": landmarks()}))
+    keypoints = read_keypoints(path)
+    assert keypoints.time_s is not None
+    assert np.allclose(keypoints.time_s, [9.96, 10.0])
 
 
 def test_a_file_a_frame(tmp_path: Path) -> None:
@@ -153,6 +173,9 @@ def test_what_is_wrong_is_named(tmp_path: Path) -> None:
         read_keypoints(path)
     path.write_text(json.dumps({name: [{"frame": 0, "landmarks": landmarks()}] for name in ("person_0", "person_1")}))
     with pytest.raises(pt.InputError, match=r"has several lists of frames \(person_0, person_1\), expected one"):
+        read_keypoints(path)
+    path.write_text(json.dumps([{"keypoints": {"x": [1, 2], "y": [3]}}] * 2 + [{"keypoints": columns()}]))
+    with pytest.raises(pt.InputError, match=r"entry 0 of the frames holds no landmarks with x and y"):
         read_keypoints(path)
     path.write_text(json.dumps([[{"name": "tail", **one}] for one in landmarks()[:3]]))
     with pytest.raises(pt.InputError, match=r"landmarks are called tail, expected such as left_wrist"):

@@ -1,8 +1,10 @@
 """JSON of landmarks that are named x and y, as scripts write what MediaPipe (or MoveNet) found, frame by frame.
 
 A frame is a record with a list of landmarks under some name (`landmarks`, `pose_landmarks`, ...) and perhaps its number
-or time, or that list alone; frames are a list, alone or under some name, or are named by their numbers. There may be a
-list a person. Landmarks may have names or numbers of their own, each person's in any order; else they are in a model's.
+or time, or that list alone; frames are a list, alone or under some name, or are named by their numbers or times.
+There may be a list a person. Landmarks may have names or numbers of their own, in any order; else they are in a
+model's.
+A person may be lists of all x and all y (Ultralytics' `to_json`), or MediaPipe's 33 lists of x, y, z and visibility.
 """
 
 from __future__ import annotations
@@ -34,6 +36,10 @@ NAMES = ("name", "part", "keypoint", "joint", "landmark", "id", "index", "idx", 
 """What names or numbers one."""
 BY_NUMBER = ("coco_17", "blazepose_33")
 """Orders that numbers of landmarks may be of, where none is given: the least that has so many."""
+SECONDS = re.compile(r"\d+\.\d+")
+"""What a frame is called by its time."""
+BLAZEPOSE = len(MODELS["blazepose_33"])
+"""So many lists of numbers are MediaPipe's, x first; fewer may be MoveNet's, which gives y first."""
 DEEPEST = 5
 """Lists and records of a frame, one within another: of people, of landmarks."""
 
@@ -117,6 +123,9 @@ def _frames(path: Path, data: Any, depth: int = 0) -> list[Any]:
         raise InputError(
             f"{path}: has several lists of frames ({', '.join(lists)[:80]}), expected one: keep a person's"
         )
+    if all(SECONDS.fullmatch(str(key)) for key in of_pose):
+        in_time = sorted(of_pose.items(), key=lambda pair: float(pair[0]))
+        return [{"time_s": key, "landmarks": _people(one)} for key, one in in_time]
     numbers = numbers_of([str(key)[:200] for key in of_pose])
     if not any(number is None for number in numbers):
         frames = sorted(zip(numbers, of_pose.values(), strict=True), key=lambda pair: pair[0] or 0)
@@ -134,6 +143,8 @@ def _people(frame: Any, depth: int = 0) -> list[Person] | None:
     if isinstance(frame, list):
         if all(_is_landmark(one) for one in frame):
             return [frame]
+        if len(frame) == BLAZEPOSE and {len(one) if isinstance(one, list) else 0 for one in frame} in ({3}, {4}):
+            return [_of_numbers(frame)]
         each = [_people(one, depth + 1) if isinstance(one, list | dict) else None for one in frame]
         return None if None in each else [person for people in each for person in people or []]
     return _in_record(frame, depth) if isinstance(frame, dict) else None
@@ -141,6 +152,8 @@ def _people(frame: Any, depth: int = 0) -> list[Person] | None:
 
 def _in_record(frame: dict[str, Any], depth: int) -> list[Person] | None:
     """The same of a record: landmarks by their names, people by theirs, or people under some name beside others."""
+    if isinstance(frame.get("x"), list) and isinstance(frame.get("y"), list):
+        return _of_columns(frame)
     named = [{**one, "name": name} for name, one in frame.items() if _is_landmark(one)]
     if len(named) > 1:
         return [named]
@@ -154,9 +167,26 @@ def _in_record(frame: dict[str, Any], depth: int) -> list[Person] | None:
     return next((people for people in each.values() if people), nobody)
 
 
+def _of_numbers(rows: list[list[Any]]) -> Person:
+    """MediaPipe's lists of x, y, z and visibility of each; of three numbers the last is either."""
+    thirds = [one[-1] for one in rows]
+    are_sure = len(rows[0]) == 4 or all(isinstance(third, int | float) and 0 <= third <= 1 for third in thirds)
+    sure = thirds if are_sure else [1.0] * len(rows)
+    return [{"x": one[0], "y": one[1], "visibility": third} for one, third in zip(rows, sure, strict=True)]
+
+
+def _of_columns(person: dict[str, Any]) -> list[Person] | None:
+    """One of whom all x, all y and how sure each is are a list each; None where these are not as long."""
+    sure = next((person[key] for key in (*SURE, "visible") if isinstance(person.get(key), list)), None)
+    columns = person["x"], person["y"], sure or [1.0] * len(person["x"])
+    if len({len(column) for column in columns}) > 1:
+        return None
+    return [[{"x": x, "y": y, "score": score} for x, y, score in zip(*columns, strict=True)]]
+
+
 def _is_landmark(one: Any) -> bool:
     place = one.get("position", one) if isinstance(one, dict) else None
-    return isinstance(place, dict) and "x" in place and "y" in place
+    return isinstance(place, dict) and "x" in place and "y" in place and not isinstance(place["x"], list)
 
 
 def _called(landmark: dict[str, Any]) -> str | None:
