@@ -15,22 +15,20 @@ from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quate
 from pytracker.simulate.arm import ArmSimulation
 
 DURATION_S = 60.0
-UP = np.array([0.0, 0.0, 1.0])
-
-
-def turned(degrees: Array) -> Array:
-    return rotation_vector_to_quaternion(np.radians(degrees)[:, None] * UP)
+UP, ALONG_X = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 
 
 def drifting(imu: Imu) -> Imu:
     """By 30° a minute: a gyroscope that is 0.5°/s off."""
-    q = multiply(turned(30.0 * imu.time_s / 60.0), imu.q_world_segment)
+    angle = np.radians(30.0) * imu.time_s / 60.0
+    q = multiply(rotation_vector_to_quaternion(angle[:, None] * UP), imu.q_world_segment)
     return dataclasses.replace(imu, q_world_segment=np.ascontiguousarray(q))
 
 
-def slipping(imu: Imu) -> Imu:
-    """By 30° about the sensor's z, in a second amid the recording."""
-    turn = turned(30.0 * np.clip(imu.time_s - 0.5 * DURATION_S, 0.0, 1.0))
+def slipping(imu: Imu, about: Array, degrees: float) -> Imu:
+    """In a second amid the recording."""
+    angle = np.radians(degrees) * np.clip(imu.time_s - 0.5 * DURATION_S, 0.0, 1.0)
+    turn = rotation_vector_to_quaternion(angle[:, None] * about)
     back = turn * np.array([1.0, -1.0, -1.0, -1.0])
     q = np.ascontiguousarray(multiply(imu.q_world_segment, turn))
     gyr = None if imu.gyr is None else rotate(back, imu.gyr)
@@ -44,7 +42,13 @@ def test_an_orientation_that_drifts_and_a_strap_that_slips_are_told(pattern: str
     recording = simulation.recording()
     sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
     assert pt.doubts(pt.track(recording, pt.Mixture(), 1, sightings=sightings)) == ()
-    for wrong in (drifting, slipping):
-        worse = dataclasses.replace(recording, imus=(wrong(recording.imus[0]),))
-        (said,) = pt.doubts(pt.track(worse, pt.Mixture(), 1, sightings=sightings))
-        assert "from about 40 s on camera and IMU agree better with heading_deg turned by -" in said
+    imu = recording.imus[0]
+    for wrong, words in (
+        (drifting(imu), "turned by -"),
+        (slipping(imu, UP, 30.0), "turned by -"),
+        (slipping(imu, ALONG_X, -30.0), "mount turned by +30°"),
+    ):
+        track = pt.track(dataclasses.replace(recording, imus=(wrong,)), pt.Mixture(), 1, sightings=sightings)
+        (said,) = pt.doubts(track)
+        assert "from about 40 s on camera and IMU agree better with" in said
+        assert words in said

@@ -19,7 +19,7 @@ from pytracker.recording.camera import Camera
 from pytracker.recording.recording import Arm, ArmRecording, Imu
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion, triple
 
-__all__ = ["AFTER_PAUSE", "HEADING", "MIRRORED", "Suspect", "suspects"]
+__all__ = ["AFTER_PAUSE", "HEADING", "MIRRORED", "MOUNT", "Suspect", "suspects"]
 
 HEADINGS_DEG = (-170.0, -90.0, -40.0, -20.0, -10.0, 10.0, 20.0, 40.0, 90.0)
 OFFSETS_S = (-0.8, -0.4, -0.2, -0.1, 0.1, 0.2, 0.4, 0.8)
@@ -30,6 +30,7 @@ SHOULDER_M = (-0.2, -0.1, 0.1, 0.2)
 FOCALS = (0.7, 0.8, 0.9, 0.95, 1.05, 1.1, 1.2, 1.3)
 TURNS_DEG = (-10.0, -4.0, -1.5, 1.5, 4.0, 10.0)
 HEADING = "heading_deg"
+MOUNT = "mount"
 MIRRORED = "the video's left and right"
 AFTER_PAUSE = "the heading from its sensor's pause on"
 PAUSE_S, MOST_PAUSES = 1.0, 2
@@ -73,7 +74,7 @@ def _of_imu() -> Iterator[Suspect]:
         yield Suspect("offset_s", f"offset_s changed by {seconds:+g} s", _imu(_later(seconds)))
     for (axis, name), degrees in itertools.product(enumerate("xyz"), MOUNTS_DEG):
         words = f"mount turned by {degrees:+g}° about the sensor's {name}"
-        yield Suspect("mount", words, _imu(_mounted(degrees * np.eye(3)[axis])))
+        yield Suspect(MOUNT, words, _imu(_mounted(degrees * np.eye(3)[axis])))
     for (axis, name), degrees in itertools.product(enumerate("xy"), TILTS_DEG):
         words = f"the orientation tilted by {degrees:+g}° about {name}"
         yield Suspect("orientation", words, _turned_world(degrees * np.eye(3)[axis]))
