@@ -44,6 +44,34 @@ def test_trajectories_of_nexus_among_other_sections(tmp_path: Path, delimiter: s
     assert markers.warnings == ()
 
 
+def test_velocities_beside_places_are_left_out(tmp_path: Path) -> None:
+    head = [
+        "Trajectories",
+        "100",
+        ",,Ann:LELB,,,Ann:LELB,,",
+        "Frame,Sub Frame,X,Y,Z,X',Y',Z'",
+        ",,mm,mm,mm,mm/s,mm/s,mm/s",
+    ]
+    markers = read_csv_markers(write(tmp_path, [*head, "1,0,100,200,300,1,2,3", "2,0,101,202,303,1,2,3"]))
+    assert list(markers.positions_m) == ["LELB"]
+    assert markers.positions_m["LELB"][1].tolist() == pytest.approx([0.101, 0.202, 0.303])
+
+
+def test_a_rigid_bodys_marker_is_the_one_that_was_seen(tmp_path: Path) -> None:
+    """Motive writes it twice: as the body has it, and as it was measured."""
+    of_body = [
+        line.replace("Marker,Marker,Marker", "Rigid Body Marker," * 3 + "Marker,Marker,Marker")
+        .replace("Ann:Wrist,Ann:Wrist,Ann:Wrist", "Ann:Wrist," * 5 + "Ann:Wrist")
+        .replace("Mean Marker Error,Position,Position,Position", "Mean Marker Error" + ",Position" * 6)
+        .replace(",,X,Y,Z", ",,X,Y,Z,X,Y,Z")
+        .replace("0.001,", "0.001,0.7,0.8,0.9,")
+        for line in MOTIVE
+    ]
+    positions = read_csv_markers(write(tmp_path, of_body)).positions_m
+    assert positions["Wrist"][0].tolist() == [0.4, 0.5, 0.6]
+    assert positions["Wrist (Rigid Body Marker)"][0].tolist() == [0.7, 0.8, 0.9]
+
+
 def test_a_trial_of_nexus_that_was_trimmed_says_so(tmp_path: Path) -> None:
     lines = [line.replace("1,0,100", "101,0,100").replace("2,0,101", "102,0,101") for line in NEXUS]
     (said,) = read_csv_markers(write(tmp_path, lines[:-9])).warnings

@@ -7,6 +7,7 @@ then lines of types, names, numbers and quantities, a column each, above `Frame,
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,8 +26,8 @@ NEXUS, MOTIVE = "trajectories", "format version"
 """What a line of it begins with, in small letters."""
 BLANK = ' ,;"\t'
 """What lines hold that hold nothing."""
-POSITION = "position"
-"""What of Motive's quantities is one."""
+POSITION, MARKER = "position", "marker"
+"""What of Motive's quantities is a place, and of its types a marker as it was seen."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,11 @@ def _nexus(path: Path, lines: list[str], section: int) -> Markers:
         raise InputError(f"{path}:{section + 2}: frames a second are {rate_hz}, expected a positive number")
     names, axes, units = (cells_of(lines[k], delimiter) for k in (section + 2, header, header + 1))
     _require_axes(path, header, axes, ("frame", "sub frame"))
-    of = _by_name(path, section + 2, {k: name for k, name in enumerate(names) if name.strip()})
+    # Velocities and accelerations, where they were exported, have the markers' names again above X' and X''.
+    places = {
+        k: name for k, (name, axis) in enumerate(zip(names, axes, strict=False)) if name.strip() and axis.strip() == "X"
+    }
+    of = _by_name(path, section + 2, places)
     unit_m = _unit_m(path, header + 1, next((unit for unit in units if unit.strip()), ""))
     table, cut = _table(path, [*lines[: header + 1], "", *lines[header + 2 :]], header, axes, delimiter)
     time_s = (table[:, 0] - table[0, 0]) / rate_hz
@@ -75,15 +80,20 @@ def _motive(path: Path, lines: list[str]) -> Markers:
     if header is None or len(above) < 3:
         raise InputError(f"{path}: has no line Frame,Time (Seconds),X,... below types, names and quantities")
     delimiter, lines = delimited(lines, header)
-    head, axes, quantities, names = (cells_of(lines[k], delimiter) for k in (0, header, above[-1], above[1]))
+    head, axes, quantities, types, names = (
+        cells_of(lines[k], delimiter) for k in (0, header, above[-1], above[0], above[1])
+    )
     _require_axes(path, header, axes, ("frame", "time (seconds)"))
     said = {key.strip().lower(): value.strip() for key, value in zip(head[::2], head[1::2], strict=False)}
-    of_columns = zip(axes, quantities, names, strict=False)
-    places = {
-        k: name
-        for k, (axis, quantity, name) in enumerate(of_columns)
+    of_columns = enumerate(zip(axes, quantities, types, names, strict=False))
+    found = [
+        (k, kind.strip(), name)
+        for k, (axis, quantity, kind, name) in of_columns
         if (axis.strip().upper(), quantity.strip().lower()) == ("X", POSITION)
-    }
+    ]
+    # A rigid body's marker stands there twice, as it was measured and as the body has it.
+    once = Counter(name for _, _, name in found)
+    places = {k: name if kind.lower() == MARKER or once[name] == 1 else f"{name} ({kind})" for k, kind, name in found}
     unit_m = _unit_m(path, 0, said.get("length units", ""))
     rate_hz = number(said.get("export frame rate", ""), path, 1, "Export Frame Rate")
     table, cut = _table(path, lines, header, axes, delimiter)

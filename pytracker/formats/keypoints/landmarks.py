@@ -143,7 +143,7 @@ def _people(frame: Any, depth: int = 0) -> list[Person] | None:
     if isinstance(frame, list):
         if all(_is_landmark(one) for one in frame):
             return [frame]
-        if len(frame) == BLAZEPOSE and {len(one) if isinstance(one, list) else 0 for one in frame} in ({3}, {4}):
+        if len(frame) == BLAZEPOSE and {_numbers_in(one) for one in frame} in ({3}, {4}):
             return [_of_numbers(frame)]
         each = [_people(one, depth + 1) if isinstance(one, list | dict) else None for one in frame]
         return None if None in each else [person for people in each for person in people or []]
@@ -165,6 +165,11 @@ def _in_record(frame: dict[str, Any], depth: int) -> list[Person] | None:
         return [person for people in each.values() for person in people]
     nobody: list[Person] | None = [] if each or not of_pose else None
     return next((people for people in each.values() if people), nobody)
+
+
+def _numbers_in(one: Any) -> int:
+    """How many there are in a list of numbers; 0 of anything else."""
+    return len(one) if isinstance(one, list) and all(isinstance(x, int | float) or x is None for x in one) else 0
 
 
 def _of_numbers(rows: list[list[Any]]) -> Person:
