@@ -52,3 +52,17 @@ def test_an_orientation_that_drifts_and_a_strap_that_slips_are_told(pattern: str
         (said,) = pt.doubts(track)
         assert "from about 40 s on camera and IMU agree better with" in said
         assert words in said
+
+
+def test_a_sensor_that_ends_early_is_asked_of_what_it_measured() -> None:
+    """Of the last frames it says nothing: they ended in an IndexError."""
+    simulation = ArmSimulation(pt.ArmScene(pattern="gesture", worn=True, duration_s=40.0), 7)
+    recording, imu = simulation.recording(), simulation.recording().imus[0]
+    sightings = Sightings.of(simulation.frame_time_s, simulation.sightings(2.0))
+    some = imu.time_s < 15.0
+    gyr = None if imu.gyr is None else imu.gyr[some]
+    short = dataclasses.replace(
+        imu, time_s=imu.time_s[some], acc=imu.acc[some], gyr=gyr, q_world_segment=imu.q_world_segment[some]
+    )
+    track = pt.track(dataclasses.replace(recording, imus=(short,)), pt.Mixture(), 1, sightings=sightings)
+    assert pt.doubts(track) == ()

@@ -95,7 +95,10 @@ def of_last_frames(track: ArmTrack, recording: ArmRecording, sightings: Sighting
     So does an orientation that drifts about the vertical, and a strap that slips. `recording` and `sightings` are what
     they are asked of, `track` says where the wrist was.
     """
-    sightings = sightings.last(MOST_FRAMES)
+    measured = int(np.searchsorted(sightings.time_s, recording.imus[0].time_s[-1], side="right"))
+    sightings = sightings.first(measured).last(MOST_FRAMES)
+    if len(sightings.time_s) < LEAST_FRAMES:
+        return ()
     first = int(np.searchsorted(track.time_s, sightings.time_s[0]))
     wrist_m = track.joints["wrist"].mean[first]
     if first < LEAST_FRAMES or not np.isfinite(wrist_m).all():
