@@ -23,13 +23,13 @@ from conftest import arm_tracker, shown
 import pytracker as pt
 from pytracker.cli.settings import chosen_method
 from pytracker.formats import read_amc, read_asf
+from pytracker.formats.capture_csv import read_csv_markers
 from pytracker.formats.imu.read import read_imu
 from pytracker.formats.keypoints.read import read_keypoints
 from pytracker.formats.points import read_points
 from pytracker.formats.qualisys import read_qualisys
 from pytracker.formats.storage import read_storage
 from pytracker.formats.trc import read_trc
-from pytracker.formats.truth_csv import read_truth_csv
 from pytracker.inertial.check import check
 from pytracker.inertial.orientation import orient
 from pytracker.recording.keypoints.spreads import with_spreads
@@ -98,6 +98,22 @@ endheader
 time\tA\tB
 0.00\t1,2,3\t4,5,6
 0.01\t1,2,3\t4,,6
+"""
+SMALL_NEXUS = """Trajectories
+100
+,,A:E,,,A:W
+Frame,Sub Frame,X,Y,Z,X,Y,Z
+,,mm,mm,mm,mm,mm,mm
+1,0,1,2,3,4,5,6
+2,0,1,2,3,,,
+"""
+SMALL_MOTIVE = """Format Version,1.23,Export Frame Rate,100,Length Units,Meters
+,Type,Rigid Body,Marker,Marker,Marker
+,Name,H,W,W,W
+,,Mean Marker Error,Position,Position,Position
+Frame,Time (Seconds),,X,Y,Z
+0,0.00,1,2,3,4
+1,0.01,1,2,3,4
 """
 PERSON = {"keypoints": [[5.0, 6.0]] * 17, "keypoint_scores": [0.9] * 17}
 SMALL_STUDY = """schema = 1
@@ -233,7 +249,11 @@ def seeds(folder: Path) -> list[tuple[str, bytes, Reader]]:
         ("mapped.csv", imu, lambda path: read_imu(path, columns={"mag_x": "acc_x", "q_w": "q_z"})),
         ("MT9_cal_1.log", mt9, lambda path: check(read_imu(path))),
         ("truth.tsv", b"\n".join((arm / "qualisys.tsv").read_bytes().split(b"\n")[:30]), read_qualisys),
-        ("truth.csv", truth, read_truth_csv),
+        ("truth.csv", truth, read_csv_markers),
+        ("nexus.csv", SMALL_NEXUS.encode(), read_csv_markers),
+        ("motive.csv", SMALL_MOTIVE.encode(), read_csv_markers),
+        ("lists.json", json.dumps([[[0.1, 0.2, 0.0, 0.9]] * 33] * 3).encode(), keypoints),
+        ("columns.json", json.dumps([{"keypoints": {"x": [5] * 17, "y": [6] * 17}}] * 3).encode(), keypoints),
         ("points.csv", (body / "points.csv").read_bytes(), lambda path: fit_weak_perspective(*read_points(path))),
         ("small.asf", asf, read_asf),
         ("small.amc", amc, lambda path: read_amc(path, skeleton)),
