@@ -208,6 +208,13 @@ def test_names_of_a_bvh_file_are_joints() -> None:
     }
     acclaim = ["root", "lhumerus", "lradius", "lwrist", "lhand"]
     assert markers_of(acclaim, "arm", "left") == {"shoulder": "lhumerus", "elbow": "lradius", "wrist": "lhand"}
+    vicon = ["Ann:LSHO", "Ann:LELB", "Ann:LWRA", "Ann:LWRB", "Ann:RWRA", "Ann:RELB"]
+    assert markers_of(vicon, "arm", "left") == {
+        "shoulder": "Ann:LSHO",
+        "elbow": "Ann:LELB",
+        "wrist": ["Ann:LWRA", "Ann:LWRB"],
+    }
+    assert markers_of(vicon, "arm", "right") == {"elbow": "Ann:RELB", "wrist": "Ann:RWRA"}
 
 
 def test_a_skeleton_in_inches_is_a_person_too(tmp_path: Path) -> None:

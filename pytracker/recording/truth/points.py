@@ -105,7 +105,7 @@ def load_points(
 
 def _perhaps(found: Markers, kind: str) -> str:
     """What to write where points are called nearly as joints are."""
-    others = {joint: name for joint, name in markers_of(found.positions_m, kind).items() if isinstance(name, str)}
+    others = markers_of(found.positions_m, kind)
     if not others:
         return ""
     return f": perhaps markers = {{ {', '.join(f'{joint} = {json.dumps(name)}' for joint, name in others.items())} }}"
