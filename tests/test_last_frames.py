@@ -9,6 +9,7 @@ import pytest
 from conftest import IS_ACCEPTANCE
 
 import pytracker as pt
+from pytracker.doubting.description import of_last_frames
 from pytracker.evidence.sightings import Sightings
 from pytracker.recording.recording import Imu
 from pytracker.rotation import Array, multiply, rotate, rotation_vector_to_quaternion
@@ -48,8 +49,11 @@ def test_an_orientation_that_drifts_and_a_strap_that_slips_are_told(pattern: str
         (slipping(imu, UP, 30.0), "turned by -"),
         (slipping(imu, ALONG_X, -30.0), "mount turned by +30°"),
     ):
-        track = pt.track(dataclasses.replace(recording, imus=(wrong,)), pt.Mixture(), 1, sightings=sightings)
-        (said,) = pt.doubts(track)
+        worse = dataclasses.replace(recording, imus=(wrong,))
+        track = pt.track(worse, pt.Mixture(), 1, sightings=sightings)
+        # All that is asked takes its time, and is asked of one in every run.
+        is_whole = IS_ACCEPTANCE or "mount" in words
+        (said,) = pt.doubts(track) if is_whole else of_last_frames(track, worse, sightings)
         assert "from about 40 s on camera and IMU agree better with" in said
         assert words in said
 
