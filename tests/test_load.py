@@ -136,6 +136,21 @@ def test_truth_with_gaps_is_counted_and_left_out(folder: Path) -> None:
     assert scores.joints["wrist"].frames == 75 - 15
 
 
+@pytest.mark.parametrize(
+    ("columns", "words"),
+    [
+        (4, "has neither orientation nor a gyroscope, expected q_w"),
+        (7, "heading_deg is missing; .*has no orientation, and one computed from its gyroscope has no heading"),
+    ],
+)
+def test_what_an_imu_lacks_is_named(folder: Path, columns: int, words: str) -> None:
+    """Of one without a gyroscope it was asked which heading its gyroscope has."""
+    lines = (folder / "imu.csv").read_text().splitlines()
+    (folder / "imu.csv").write_text("\n".join(",".join(line.split(",")[:columns]) for line in lines) + "\n")
+    with pytest.raises(pt.InputError, match=words):
+        pt.load(folder)
+
+
 def test_heading_and_mount_turn_the_sensor_into_the_segment(folder: Path) -> None:
     """The same recording from a sensor worn a quarter turn about the forearm and headed 40° off."""
     straight = load_arm(folder).imus[0]

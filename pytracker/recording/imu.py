@@ -45,7 +45,8 @@ def load_imu(
         segment=segment,
     )
     log = check(in_our_terms(log, entry.conventions))
-    if log.q_world_sensor is None and entry.heading_deg is None and needs_heading:
+    is_computed = log.q_world_sensor is None and log.gyr is not None
+    if is_computed and entry.heading_deg is None and needs_heading:
         raise InputError(
             f"{place}.heading_deg is missing; {folder / entry.file} has no orientation, and one computed from "
             "its gyroscope has no heading, expected the turn about the vertical to the world in degrees"
