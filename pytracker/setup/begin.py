@@ -169,15 +169,12 @@ def _imu(folder: Path, file: Path, segment: str) -> list[str]:
             raise
         words = " ".join(str(error).split())
         return ["[[imu]]", f"file = {name}", f"# missing here: {words}", f"# then {check_command(folder)}", ""]
-    has = [
-        words
-        for words, there in (("gyr", log.gyr), ("mag", log.mag), ("orientation", log.q_world_sensor))
-        if there is not None
-    ]
+    holds = {"acc": log.acc, "gyr": log.gyr, "mag": log.mag, "orientation": log.q_world_sensor}
+    has = ", ".join(words for words, values in holds.items() if values is not None)
     span = log.time_s[-1] - log.time_s[0]
     return [
         "[[imu]]",
-        f"file = {name}  # {len(log.time_s)} samples over {span:.1f} s: acc{''.join(f', {words}' for words in has)}",
+        f"file = {name}  # {len(log.time_s)} samples over {span:.1f} s: {has}",
         f"# offset_s, heading_deg, mount, units and directions: {check_command(folder)} finds them",
         "",
     ]
