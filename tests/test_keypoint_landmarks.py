@@ -100,6 +100,12 @@ def test_frames_and_times_are_those_of_the_records(tmp_path: Path) -> None:
     keypoints = read_keypoints(path)
     assert keypoints.time_s is not None
     assert np.allclose(keypoints.time_s, [9.96, 10.0])
+    dates = ("2026-12-01T23:59:59.980", "2026-12-02 00:00:00.020000Z")
+    path.write_text(json.dumps([{"time": date, "landmarks": landmarks()} for date in dates]))
+    keypoints = read_keypoints(path)
+    assert keypoints.time_s is not None
+    assert np.allclose(keypoints.time_s, [0.0, 0.04], atol=1e-6)
+    assert "its first row is taken to be the first frame's" in keypoints.warnings[0]
 
 
 def test_a_file_a_frame(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,8 @@ TIME = re.compile(
 )
 """A column of their times."""
 OF_DAY = re.compile(r"(?:(\d+):)?(\d+):(\d+(?:\.\d+)?)")
+DATED = re.compile(r"(\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d)(\.\d+)?(Z|[+-]\d\d:\d\d)?")
+"""A time with its date, as ISO 8601 has it."""
 MOST_FRAMES = 100_000_000
 UNITS_S = ((0.5, 1.0), (500.0, 1e-3), (5e5, 1e-6), (np.inf, 1e-9))
 """Frames that are less than so far apart are in this unit, s: no detector is slower than two a second."""
@@ -76,8 +79,9 @@ def rows_of(path: Path, header: Sequence[str], rows: Sequence[Sequence[str]], ot
     by_row = np.arange(len(rows), dtype=np.int64)
     if timing is not None:
         said, column = TIME.fullmatch(names[timing]), columns[timing]
-        unit = "s" if any(OF_DAY.fullmatch(cell) for cell in column) else said and (said["unit"] or said["alone"])
-        return Rows(by_row, *_times(path, np.array([_number(cell) for cell in column]), SAID_S.get(unit or "")))
+        is_said = any(OF_DAY.fullmatch(cell) or DATED.fullmatch(cell) for cell in column)
+        unit = "s" if is_said else said and (said["unit"] or said["alone"])
+        return Rows(by_row, *_times(path, np.array([_time(cell) for cell in column]), SAID_S.get(unit or "")))
     unknown = [
         header[k] or f"column {k + 1}" for k in columns if len(rows) > 1 and _increases(columns[k], are_whole=False)
     ]
@@ -143,6 +147,19 @@ def _number(cell: str) -> float:
         return float(cell)
     except ValueError:
         return np.nan
+
+
+def _time(cell: str) -> float:
+    """The same, or since 1970 where it is a time with its date, s."""
+    dated = DATED.fullmatch(cell)
+    if dated is None:
+        return _number(cell)
+    try:
+        # Whatever the zone is: since when they count does not matter.
+        moment = datetime.fromisoformat(dated[1]).replace(tzinfo=timezone.utc)
+    except ValueError:  # such as the 31st of February
+        return np.nan
+    return moment.timestamp() + float(dated[2] or 0.0)
 
 
 def _times(path: Path, column: Array, said_s: float | None) -> tuple[Array | None, tuple[str, ...]]:
